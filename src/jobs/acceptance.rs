@@ -10,7 +10,7 @@ use super::{
     UnfitEntries, WhyUnfit,
 };
 use crate::machine::Tool;
-use crate::program::{Step, Steps};
+use crate::program::{StepName, Steps};
 use crate::store::{Store, StoreError};
 use crate::wear::{has_fallen, most_wear};
 use crate::wire::{ResolvedWear, WearEntry};
@@ -140,7 +140,7 @@ pub async fn repeated_step(
     sha256: &str,
     steps: Steps,
     machines: Option<&BTreeSet<String>>,
-) -> Result<Option<Step>, StoreError> {
+) -> Result<Option<StepName>, StoreError> {
     if steps.is_empty() {
         return Ok(None);
     }
@@ -154,7 +154,7 @@ pub async fn repeated_step(
 pub fn already_done(step: &str) -> JobFault {
     let class = RefusalClass::AlreadyCompensated;
     let is_repeatable =
-        Steps::from_names(step).and_then(|steps| steps.iter().next()).is_some_and(Step::may_be_repeated);
+        Steps::from_names(step).and_then(|steps| steps.iter().next()).is_some_and(StepName::may_be_repeated);
     let cure = if is_repeatable {
         "To do it again, set allow_repeated=true"
     } else {

@@ -10,7 +10,7 @@ use super::workplace::{Finished, Workplace, written};
 use super::{Compensated, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::process::ProgramSetup;
-use crate::program::{Step, Steps};
+use crate::program::{StepName, Steps};
 use crate::wire::{CcParameters, CcReport, Contact, Fault, FaultList, JobOperation, SingularityAction};
 
 impl ProgramParameters for CcParameters {
@@ -18,7 +18,7 @@ impl ProgramParameters for CcParameters {
     const LOOKS_AT_PART: bool = true;
 
     fn steps(&self) -> Steps {
-        let steps = treats(self.singularity).with(Step::Cc);
+        let steps = treats(self.singularity).with(StepName::Cc);
         if self.allow_repeated { Steps::NONE } else { steps }
     }
 
@@ -92,5 +92,5 @@ pub(super) fn missing_tool(
 
 /// The step that treats singular regions, where they are more than reported.
 pub(super) fn treats(action: SingularityAction) -> Steps {
-    if action == SingularityAction::Report { Steps::NONE } else { Steps::of(&[Step::Singularity]) }
+    if action == SingularityAction::Report { Steps::NONE } else { Steps::of(&[StepName::Singularity]) }
 }

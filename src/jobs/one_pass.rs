@@ -12,7 +12,7 @@ use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParamet
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, CcStep, ProgramSetup, ServoStep, WarningKind, WearStep};
-use crate::program::{Step, Steps};
+use crate::program::{StepName, Steps};
 use crate::wire::{
     self, ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
     Fault, FaultList, JobOperation, Statements, Warning, WearFindings, fault_of_table, looks_at,
@@ -28,16 +28,16 @@ impl ProgramParameters for CompensationParameters {
     fn steps(&self) -> Steps {
         let mut steps = Steps::NONE;
         if self.wear.is_some() {
-            steps = steps.with(Step::Wear);
+            steps = steps.with(StepName::Wear);
         }
         if self.location_errors {
-            steps = steps.with(Step::LocationErrors);
+            steps = steps.with(StepName::LocationErrors);
         }
         if self.allow_repeated {
             return steps;
         }
         if self.cc.is_some() {
-            steps = steps.with(Step::Cc);
+            steps = steps.with(StepName::Cc);
         }
         steps.and(treats(self.singularity))
     }

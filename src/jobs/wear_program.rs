@@ -9,7 +9,7 @@ use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, ProgramSetup};
-use crate::program::{Step, Steps};
+use crate::program::{StepName, Steps};
 use crate::units::Angle;
 use crate::wire::{Fault, FaultList, Fixed, JobOperation, WearFindings, WearParameters, WearReport};
 
@@ -18,7 +18,7 @@ impl ProgramParameters for WearParameters {
     const LOOKS_AT_PART: bool = true;
 
     fn steps(&self) -> Steps {
-        Steps::of(&[Step::Wear])
+        Steps::of(&[StepName::Wear])
     }
 
     fn cutter_id(&self) -> Option<&str> {

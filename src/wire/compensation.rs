@@ -439,12 +439,12 @@ impl StepName {
         steps.iter().map(Self::of).collect()
     }
 
-    const fn of(step: program::Step) -> Self {
+    const fn of(step: program::StepName) -> Self {
         match step {
-            program::Step::Wear => Self::Wear,
-            program::Step::LocationErrors => Self::LocationErrors,
-            program::Step::Cc => Self::Cc,
-            program::Step::Singularity => Self::Singularity,
+            program::StepName::Wear => Self::Wear,
+            program::StepName::LocationErrors => Self::LocationErrors,
+            program::StepName::Cc => Self::Cc,
+            program::StepName::Singularity => Self::Singularity,
         }
     }
 }

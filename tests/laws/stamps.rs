@@ -9,7 +9,7 @@ use trunnion::process::{
     CcParameters, CompensationParameters, ContactSource, Fault, ProgramSetup, SingularityAction,
     SingularityParameters, WearParameters, WornCutter, treat_singular_regions,
 };
-use trunnion::program::{Borne, Dialect, Stamp, StampFinder, Step, Steps, borne_by, place_stamp};
+use trunnion::program::{Borne, Dialect, Stamp, StampFinder, StepName, Steps, borne_by, place_stamp};
 
 use crate::assume_nothing::{cc, wear};
 use crate::models::displaced::{errors, with_errors};
@@ -52,7 +52,8 @@ const PROGRAMS: [(Dialect, &str); 5] = [
 ];
 
 fn steps() -> impl Strategy<Value = Steps> {
-    prop::sample::subsequence(Step::ALL.to_vec(), 1..=Step::ALL.len()).prop_map(|steps| Steps::of(&steps))
+    prop::sample::subsequence(StepName::ALL.to_vec(), 1..=StepName::ALL.len())
+        .prop_map(|steps| Steps::of(&steps))
 }
 
 proptest! {
@@ -88,24 +89,24 @@ proptest! {
 }
 
 /// One step done to a program.
-fn done(machine: &Machine, step: Step, allow_repeated: bool, text: &str) -> Result<String, Fault> {
+fn done(machine: &Machine, step: StepName, allow_repeated: bool, text: &str) -> Result<String, Fault> {
     let program = ProgramSetup { allow_repeated, ..at_zero() };
     let (ball, worn) = (tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)));
     let by_tip =
         CcParameters { contact: ContactSource::Tip, ..CcParameters::new(tool(5.0, 5.0), program.clone()) };
     match step {
-        Step::Wear => {
+        StepName::Wear => {
             let contact = ContactSource::FeedPlane;
             let parameters = WearParameters { contact, ..WearParameters::new(ball, worn, program) };
             wear(machine, &parameters, text).map(|(output, _)| output)
         }
-        Step::LocationErrors => {
+        StepName::LocationErrors => {
             let parameters =
                 CompensationParameters { location_errors: true, ..CompensationParameters::new(program) };
             one_pass::run(machine, &parameters, text).map(|(output, ..)| output)
         }
-        Step::Cc => cc(machine, &by_tip, text).map(|(output, _)| output),
-        Step::Singularity => {
+        StepName::Cc => cc(machine, &by_tip, text).map(|(output, _)| output),
+        StepName::Singularity => {
             let regions = SingularityParameters::new(SingularityAction::Densify);
             let (mut output, source) = (Vec::new(), text.as_bytes().to_vec());
             let go_on = || ControlFlow::Continue(());
@@ -119,12 +120,12 @@ fn done(machine: &Machine, step: Step, allow_repeated: bool, text: &str) -> Resu
 fn a_step_that_the_text_bears_is_refused_and_every_other_step_is_let_through() {
     let machine = with_errors(&ac_machine(), errors());
     for (dialect, program) in PROGRAMS.into_iter().filter(|(dialect, _)| *dialect != Dialect::Apt) {
-        for borne in Step::ALL {
+        for borne in StepName::ALL {
             let place =
                 place_stamp(program.as_bytes(), dialect, &stamp(Steps::of(&[borne]))).expect("a place");
             let line = String::from_utf8(place.line).expect("text");
             let text = format!("{}{line}{}", &program[..place.offset], &program[place.offset..]);
-            for step in Step::ALL {
+            for step in StepName::ALL {
                 for allow_repeated in [false, true] {
                     let told = format!("{dialect:?} bears {borne}, {step} asked, {allow_repeated}");
                     let is_refused = step == borne && !(allow_repeated && step.may_be_repeated());
@@ -146,12 +147,14 @@ fn a_step_that_the_text_bears_is_refused_and_every_other_step_is_let_through() {
 
 #[test]
 fn steps_that_move_ends_stay_refused_even_where_repetition_is_allowed() {
-    for step in Step::ALL {
-        assert_eq!(step.may_be_repeated(), matches!(step, Step::Cc | Step::Singularity), "{step}");
+    for step in StepName::ALL {
+        assert_eq!(step.may_be_repeated(), matches!(step, StepName::Cc | StepName::Singularity), "{step}");
     }
     let (_, program) = PROGRAMS[0];
-    let program = program
-        .replace("O1001(PART)\n", &format!("O1001(PART)\n({})\n", stamp(Steps::of(&[Step::Wear, Step::Cc]))));
+    let program = program.replace(
+        "O1001(PART)\n",
+        &format!("O1001(PART)\n({})\n", stamp(Steps::of(&[StepName::Wear, StepName::Cc]))),
+    );
     for allow_repeated in [false, true] {
         let setup = ProgramSetup { allow_repeated, ..at_zero() };
         let parameters = WearParameters {
@@ -159,7 +162,9 @@ fn steps_that_move_ends_stay_refused_even_where_repetition_is_allowed() {
             ..WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), setup.clone())
         };
         let moved = wear(&ac_machine(), &parameters, &program);
-        let Err(fault @ Fault::AlreadyCompensated { step: Step::Wear }) = moved else { panic!("{moved:?}") };
+        let Err(fault @ Fault::AlreadyCompensated { step: StepName::Wear }) = moved else {
+            panic!("{moved:?}")
+        };
         assert!(!fault.to_string().contains("allow_repeated"), "no way round it is told: {fault}");
         let path = cc(
             &ac_machine(),

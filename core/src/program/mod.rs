@@ -30,7 +30,7 @@ pub use fault::{ReadFault, WriteFault};
 pub use keyword::Keyword;
 pub use number::MAX_MAGNITUDE;
 pub use reader::{ReadLimits, Reader};
-pub use stamp::{Borne, Stamp, StampFinder, StampPlace, Step, Steps, borne_by, place_stamp};
+pub use stamp::{Borne, Stamp, StampFinder, StampPlace, StepName, Steps, borne_by, place_stamp};
 pub use writer::{
     NewWord, print_changed, print_changed_without, print_feed_only, print_inserted, print_inserted_without,
 };

@@ -33,7 +33,7 @@ const NEAR_LARGEST: f64 = 0.9;
 
 /// What the next motion of the written program has to be.
 #[derive(Debug)]
-pub(in crate::process) enum Expected<'a> {
+pub(in crate::process) enum ExpectedMotion<'a> {
     /// A block left as it was.
     Same {
         motion: SourceMotion,
@@ -41,7 +41,7 @@ pub(in crate::process) enum Expected<'a> {
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
-    Part { group: Arc<Group<'a>>, index: usize },
+    Part { group: Arc<DividedBlock<'a>>, index: usize },
 }
 
 /// A motion of the source.
@@ -130,7 +130,7 @@ fn stated_feed(motion: &Motion) -> Option<f64> {
 
 /// A divided block with its plan.
 #[derive(Debug)]
-pub(in crate::process) struct Group<'a> {
+pub(in crate::process) struct DividedBlock<'a> {
     pub(in crate::process) source: Motion,
     pub(in crate::process) checked: Checked<'a>,
     pub(in crate::process) division: Division,
@@ -138,7 +138,7 @@ pub(in crate::process) struct Group<'a> {
     pub(in crate::process) correction_mm: f64,
 }
 
-impl Awaited for Expected<'_> {
+impl Awaited for ExpectedMotion<'_> {
     fn line(&self) -> u64 {
         match self {
             Self::Same { motion, .. } => motion.line(),
@@ -182,7 +182,7 @@ impl Judged {
         change
     }
 
-    fn divided(group: &Group<'_>, after: &Sampled) -> Self {
+    fn divided(group: &DividedBlock<'_>, after: &Sampled) -> Self {
         Self {
             line: group.source.line,
             kind: group.source.kind,
@@ -194,10 +194,10 @@ impl Judged {
 }
 
 /// Reads the output back and sums up what it leaves.
-pub(in crate::process) struct Verifier<'a> {
+pub(in crate::process) struct PathCheck<'a> {
     machine: &'a Machine,
     parameters: &'a CcParameters,
-    pub(in crate::process) read_back: ReadBack<Expected<'a>>,
+    pub(in crate::process) read_back: ReadBack<ExpectedMotion<'a>>,
     parts: Vec<(f64, Sampled)>,
     /// The motion read last, if it is one left alone that ends to the bit where the source's does.
     pub(in crate::process) exact: Option<(usize, usize)>,
@@ -208,7 +208,7 @@ pub(in crate::process) struct Verifier<'a> {
     pub(in crate::process) effort: Effort<'a>,
 }
 
-impl<'a> Verifier<'a> {
+impl<'a> PathCheck<'a> {
     pub(in crate::process) fn new(
         machine: &'a Machine,
         parameters: &'a CcParameters,
@@ -241,7 +241,7 @@ impl<'a> Verifier<'a> {
             self.milestones.reach(self.read_back.blocks_before(), self.found.after.max_mm());
             self.exact = None;
             match self.read_back.pair() {
-                Some((read, Expected::Same { motion, checked })) => {
+                Some((read, ExpectedMotion::Same { motion, checked })) => {
                     let (line, kind) = match motion {
                         SourceMotion::Kept(source) => {
                             source.check(read)?;
@@ -267,7 +267,7 @@ impl<'a> Verifier<'a> {
                     let deviation_mm = found.map_or(0.0, |(_, found)| found.max_mm);
                     self.judged.push(Judged::undivided(line, kind, deviation_mm));
                 }
-                Some((read, Expected::Part { group, index })) => {
+                Some((read, ExpectedMotion::Part { group, index })) => {
                     let (read, group, index) = (*read, Arc::clone(group), *index);
                     if let Some(after) = self.part(&read, &group, index)? {
                         self.judged.push(Judged::divided(&group, &after));
@@ -281,7 +281,12 @@ impl<'a> Verifier<'a> {
     }
 
     /// The last part of a block gives what all of them leave.
-    fn part(&mut self, read: &Motion, group: &Group<'a>, index: usize) -> Result<Option<Sampled>, Fault> {
+    fn part(
+        &mut self,
+        read: &Motion,
+        group: &DividedBlock<'a>,
+        index: usize,
+    ) -> Result<Option<Sampled>, Fault> {
         let line = group.source.line;
         let node = group.division.nodes.get(index).ok_or(failed(line, "a part too many"))?;
         let block = &group.checked.block;
@@ -343,7 +348,7 @@ impl<'a> Verifier<'a> {
     /// block ends them, the extruder never running back.
     pub(in crate::process) fn carried_along(
         read: &Motion,
-        group: &Group<'a>,
+        group: &DividedBlock<'a>,
         index: usize,
     ) -> Result<(), Fault> {
         let (line, source) = (group.source.line, &group.source);
@@ -375,7 +380,11 @@ impl<'a> Verifier<'a> {
     }
 
     /// Every part must take its share of the source block's time.
-    pub(in crate::process) fn time(read: &Motion, group: &Group<'a>, segment: &Segment) -> Result<(), Fault> {
+    pub(in crate::process) fn time(
+        read: &Motion,
+        group: &DividedBlock<'a>,
+        segment: &Segment,
+    ) -> Result<(), Fault> {
         let (source, block) = (&group.source, &group.checked.block);
         let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
         let time_s = |feed, segment: &Segment| {

@@ -34,7 +34,7 @@ pub(in crate::process) struct Division {
 }
 
 /// What is planned for a block over tolerance.
-pub(in crate::process) enum Plan {
+pub(in crate::process) enum DivisionPlan {
     /// It is divided.
     Divide(Division),
     /// It stays as it is: a part would need more feed than is allowed.
@@ -54,7 +54,7 @@ pub(in crate::process) fn plan(
     checked: &Checked<'_>,
     motion: &Motion,
     effort: &mut Effort<'_>,
-) -> Result<Plan, LineFaultKind> {
+) -> Result<DivisionPlan, LineFaultKind> {
     if motion.feed.mode == Some(FeedMode::InverseTime) && motion.feed.value.is_none() {
         return Err(LineFaultKind::NoInverseTime);
     }
@@ -81,19 +81,19 @@ pub(in crate::process) fn plan(
                 if carries_feed {
                     match part_feeds(checked, motion, &nodes, parameters.max_feed) {
                         PartFeeds::Fit => {}
-                        PartFeeds::TooHigh => return Ok(Plan::TooFast),
+                        PartFeeds::TooHigh => return Ok(DivisionPlan::TooFast),
                         PartFeeds::TooLow { feed } => {
                             return Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED });
                         }
                     }
                 }
-                return Ok(Plan::Divide(Division { nodes, resolution: *resolution, carries_feed }));
+                return Ok(DivisionPlan::Divide(Division { nodes, resolution: *resolution, carries_feed }));
             }
             Divided::OutOfReach { least_mm } => reachable_mm = reachable_mm.min(least_mm),
         }
     }
     if is_unsettled {
-        return Ok(Plan::Unsettled);
+        return Ok(DivisionPlan::Unsettled);
     }
     Err(LineFaultKind::ToleranceOutOfReach {
         reachable_um: reachable_mm * UM_PER_MM,

@@ -54,7 +54,7 @@ pub(in crate::process) struct Checked<'a> {
 
 /// A program point on the way.
 #[derive(Debug, Clone, Copy)]
-struct Point {
+struct JudgedPoint {
     station: Station,
     mode: Interpolation,
     words: ContactWords,
@@ -66,7 +66,7 @@ struct Point {
     line: u64,
 }
 
-impl Point {
+impl JudgedPoint {
     fn new(station: Station, mode: Interpolation, motion: &Motion) -> Self {
         let contact_mm = station.pose.tip_mm;
         Self {
@@ -102,8 +102,8 @@ pub(in crate::process) struct Judge<'a> {
     finder: ContactFinder<'a>,
     dialect: Dialect,
     /// The last program point, if it is known, and the place of the next one: points are too large to be handed about.
-    point: Option<Box<Point>>,
-    spare: Option<Box<Point>>,
+    point: Option<Box<JudgedPoint>>,
+    spare: Option<Box<JudgedPoint>>,
     /// The feed of the last motion of the pass that shows it.
     feed_before: Option<Vec3>,
     /// The last contact words stated, and those that stood before the motion at hand.
@@ -183,7 +183,7 @@ impl<'a> Judge<'a> {
                 point.arrive(words, pose, mode, motion);
                 point
             }
-            None => Box::new(Point::new(Station { words: *words, pose: *pose }, mode, motion)),
+            None => Box::new(JudgedPoint::new(Station { words: *words, pose: *pose }, mode, motion)),
         });
         if let Some(end) = &end {
             self.check_travel(motion, &end.station, text);
@@ -207,7 +207,10 @@ impl<'a> Judge<'a> {
                 let mut start_point = known.unwrap_or_else(|| {
                     let kinematics = &self.set_ups.now.kinematics;
                     let station = Station::new(self.machine, kinematics, mode, start_words);
-                    Box::new(Point { words: ContactWords::None, ..Point::new(station, mode, motion) })
+                    Box::new(JudgedPoint {
+                        words: ContactWords::None,
+                        ..JudgedPoint::new(station, mode, motion)
+                    })
                 });
                 let verdict =
                     self.between(&mut start_point, end, passage, index, following, text, largest_after_mm);
@@ -242,8 +245,8 @@ impl<'a> Judge<'a> {
     #[inline]
     fn between(
         &mut self,
-        start: &mut Point,
-        end: &mut Point,
+        start: &mut JudgedPoint,
+        end: &mut JudgedPoint,
         passage: &Passage,
         index: usize,
         following: Option<&Motion>,
@@ -281,8 +284,8 @@ impl<'a> Judge<'a> {
     /// The feed of a motion: the direction of its own tip, or that of its pass where the tip does not show it.
     fn feed(
         &mut self,
-        start: &Point,
-        end: &Point,
+        start: &JudgedPoint,
+        end: &JudgedPoint,
         passage: &Passage,
         index: usize,
         following: Option<&Motion>,
@@ -332,7 +335,13 @@ impl<'a> Judge<'a> {
 
     /// Assumes the contacts of a motion from its feed. Where no rotary axis turns nothing is assumed, and where the feed
     /// leaves the contact open the tip stands for it.
-    fn assume(&mut self, start: &mut Point, end: &mut Point, feed: Option<Vec3>, motion: &Motion) {
+    fn assume(
+        &mut self,
+        start: &mut JudgedPoint,
+        end: &mut JudgedPoint,
+        feed: Option<Vec3>,
+        motion: &Motion,
+    ) {
         let assumed = if turns(motion) {
             let found = contact_finder::assumed([&start.station, &end.station], feed);
             if found.is_none() {
@@ -350,7 +359,7 @@ impl<'a> Judge<'a> {
 
     /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
     /// the two contacts: 90° where they are stated, 45° where they are assumed.
-    fn contact_swings(&self, ends: [&Point; 2], contacts: &[CutterContact; 2]) -> bool {
+    fn contact_swings(&self, ends: [&JudgedPoint; 2], contacts: &[CutterContact; 2]) -> bool {
         if self.tool.is_ball() {
             return false;
         }
@@ -381,7 +390,7 @@ impl<'a> Judge<'a> {
 
     fn measure(
         &mut self,
-        [start, end]: [&Point; 2],
+        [start, end]: [&JudgedPoint; 2],
         contacts: [CutterContact; 2],
         pass_feed: Option<Vec3>,
         MotionPoses { middle, .. }: &MotionPoses,
@@ -431,7 +440,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Finds the contact at a point. Faults are noted, and the point then has no contact.
-    fn touch(&mut self, point: &mut Point, text: &[u8]) {
+    fn touch(&mut self, point: &mut JudgedPoint, text: &[u8]) {
         let kinematics = &self.set_ups.now.kinematics;
         let tool = &self.tool;
         let (station, effort) = (&point.station, &mut self.effort);
@@ -450,7 +459,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Puts a contact at a point.
-    fn put(&self, point: &mut Point, touch: Option<Touch>) {
+    fn put(&self, point: &mut JudgedPoint, touch: Option<Touch>) {
         point.touch = touch;
         if let Some(touch) = &point.touch {
             let pose = &point.station.pose;

@@ -17,7 +17,7 @@ pub use parameters::{CcParameters, OutputForm};
 pub use repair::{compensate, compensate_side_by_side};
 pub use report::CcReport;
 
-pub(in crate::process) use check::{Group, Meaning, Verifier, same_words};
+pub(in crate::process) use check::{DividedBlock, Meaning, PathCheck, same_words};
 pub(in crate::process) use contact_finder::ContactFinder;
 pub(in crate::process) use division::{Division, MIN_FEED, PartFeeds, is_too_fast, part_feeds, resolution};
 pub(in crate::process) use judge::{Checked, may_roll_over};

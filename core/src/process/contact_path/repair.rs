@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::sync::Arc;
 
-use super::check::{Expected, Group, Judged, SourceMotion, Verifier};
-use super::division::{Division, Plan, plan};
+use super::check::{DividedBlock, ExpectedMotion, Judged, PathCheck, SourceMotion};
+use super::division::{Division, DivisionPlan, plan};
 use super::judge::{Checked, Judge, Verdict};
 use super::parameters::CcParameters;
 use super::preparation::Preparation;
@@ -15,15 +15,14 @@ use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
 use crate::process::fault::{Fault, WarningKind, go_on};
 use crate::process::pipeline::{
-    BlockChange, ChainStep, Course, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, Surveyed,
+    BlockChange, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, StepRun, StepWork, Surveyed,
     Upstream, failed,
 };
 use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{
     DialectFit, Inventory, LineMap, Passage, Place, ProgramReading, ProgramSource, Stretch, Survey,
 };
-use crate::program;
-use crate::program::{Dialect, Steps};
+use crate::program::{Dialect, StepName, Steps};
 use crate::wear::{OneAfterAnother, SideBySide};
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
@@ -84,7 +83,7 @@ impl<'p> PathStep<'p> {
     }
 }
 
-impl ChainStep for PathStep<'_> {
+impl Step for PathStep<'_> {
     fn run(
         &mut self,
         upstream: Upstream<'_>,
@@ -95,18 +94,18 @@ impl ChainStep for PathStep<'_> {
     ) -> Result<LineMap, Fault> {
         let (source, parameters) = (upstream.source, self.parameters);
         let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-        survey.refuse_repeated(Steps::of(&[program::Step::Cc]), parameters.program.allow_repeated)?;
+        survey.refuse_repeated(Steps::of(&[StepName::Cc]), parameters.program.allow_repeated)?;
         let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
         let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
-        let mut course = Course::begin(upstream, machine, &parameters.program, true, stop)?;
+        let mut course = StepRun::begin(upstream, machine, &parameters.program, true, stop)?;
         let dialect = course.dialect();
         if let Some(look) = &mut look {
             look.begin(&Surveyed { source, survey, program: Some(&parameters.program) }, dialect)?;
         }
         let effort = || parameters.budget.effort(stop);
         let mut preparation = Preparation::new(machine, parameters);
-        let mut work = Work::new(machine, parameters, dialect, survey, contact, effort());
-        let mut verifier = Verifier::new(machine, parameters, dialect, effort());
+        let mut work = PathWork::new(machine, parameters, dialect, survey, contact, effort());
+        let mut verifier = PathCheck::new(machine, parameters, dialect, effort());
         let mut hands = Hands {
             prepare: &mut preparation,
             step: &mut work,
@@ -169,7 +168,7 @@ struct Reached {
 }
 
 /// The work in progress.
-struct Work<'a> {
+struct PathWork<'a> {
     parameters: &'a CcParameters,
     machine: &'a Machine,
     survey: Survey,
@@ -188,11 +187,11 @@ struct Work<'a> {
     uses_tcp: bool,
 }
 
-impl<'a> Step for Work<'a> {
-    type Meant = Expected<'a>;
-    type Check = Verifier<'a>;
+impl<'a> StepWork for PathWork<'a> {
+    type Meant = ExpectedMotion<'a>;
+    type Checker = PathCheck<'a>;
 
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<bool, Fault> {
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedMotion<'a>>) -> Result<bool, Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
             if !self.at.is_begun {
                 self.rewriter.begin(passage, out)?;
@@ -210,7 +209,7 @@ impl<'a> Step for Work<'a> {
         Ok(true)
     }
 
-    fn hear(&mut self, check: &Verifier<'a>, read: &Inventory) -> Result<(), Fault> {
+    fn hear(&mut self, check: &PathCheck<'a>, read: &Inventory) -> Result<(), Fault> {
         self.largest_after_mm = check.milestones.largest_mm;
         self.counted = read.blocks;
         self.check_budget(check.effort.evaluations())
@@ -225,7 +224,7 @@ impl<'a> Step for Work<'a> {
     }
 }
 
-impl<'a> Work<'a> {
+impl<'a> PathWork<'a> {
     fn new(
         machine: &'a Machine,
         parameters: &'a CcParameters,
@@ -257,7 +256,7 @@ impl<'a> Work<'a> {
         &mut self,
         passage: Placed<'_>,
         following: Option<&Motion>,
-        out: &mut Outgoing<Expected<'a>>,
+        out: &mut Outgoing<ExpectedMotion<'a>>,
     ) -> Result<bool, Fault> {
         let Passage { batch, motions, .. } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
@@ -287,7 +286,7 @@ impl<'a> Work<'a> {
                     if !self.has_faults() {
                         let (passage, line) = (passage.0, motion.line);
                         let motion = SourceMotion::At { passage, motion: self.at.motion - 1, line };
-                        out.expected.push_back(Expected::Same { motion, checked });
+                        out.expected.push_back(ExpectedMotion::Same { motion, checked });
                     }
                     self.rewriter.leave(passage, motion, out)?
                 }
@@ -307,7 +306,7 @@ impl<'a> Work<'a> {
         motion: &Motion,
         text: &[u8],
         checked: Checked<'a>,
-        out: &mut Outgoing<Expected<'a>>,
+        out: &mut Outgoing<ExpectedMotion<'a>>,
     ) -> Result<Kept, Fault> {
         let batch = &passage.1.batch;
         let finder = *self.judge.finder();
@@ -315,11 +314,11 @@ impl<'a> Work<'a> {
         let planned = plan(&finder, self.machine, self.survey, &checked, motion, effort);
         go_on(&self.judge.effort)?;
         let division = match planned {
-            Ok(Plan::Divide(division)) => division,
-            Ok(stays @ (Plan::TooFast | Plan::Unsettled)) => {
+            Ok(DivisionPlan::Divide(division)) => division,
+            Ok(stays @ (DivisionPlan::TooFast | DivisionPlan::Unsettled)) => {
                 let Checked { block, before, .. } = &checked;
                 let why = match stays {
-                    Plan::Unsettled => WarningKind::ContactUnsettled,
+                    DivisionPlan::Unsettled => WarningKind::ContactUnsettled,
                     _ => WarningKind::FeedTooHigh,
                 };
                 self.judge.warnings.add_distance(why, motion.line, before.max_mm);
@@ -351,10 +350,10 @@ impl<'a> Work<'a> {
         self.rewriter.count_inserted(division.nodes.len() as u64 - 1);
         self.divided += 1;
         let correction_mm = correction_mm(&checked.block, &division.nodes);
-        let group = Arc::new(Group { source: *motion, checked, division, correction_mm });
+        let group = Arc::new(DividedBlock { source: *motion, checked, division, correction_mm });
         if !self.has_faults() {
             let parts = 0..group.division.nodes.len();
-            out.expected.extend(parts.map(|index| Expected::Part { group: Arc::clone(&group), index }));
+            out.expected.extend(parts.map(|index| ExpectedMotion::Part { group: Arc::clone(&group), index }));
         }
         Ok(Kept::No)
     }
@@ -397,7 +396,7 @@ impl<'a> Work<'a> {
     /// What was done, and the lines that came in.
     fn report(
         mut self,
-        verifier: Verifier<'_>,
+        verifier: PathCheck<'_>,
         dialect: Dialect,
         blocks_in: u64,
         reading: ProgramReading,
@@ -425,7 +424,7 @@ impl<'a> Work<'a> {
             dialect,
             interpolation,
             contact: self.contact,
-            steps: if self.divided > 0 { Steps::of(&[program::Step::Cc]) } else { Steps::NONE },
+            steps: if self.divided > 0 { Steps::of(&[StepName::Cc]) } else { Steps::NONE },
             reading,
             blocks_in,
             blocks_out: verifier.blocks(),

@@ -6,21 +6,21 @@
 //! induction from one block to the next. Where a statement may run over lines or hang on the one behind it, the last one
 //! of the run is compared and read as well: it says where the one before it ends and what it is. Everything else is read.
 
-use super::check::{Expected, Judged, Meaning, SourceMotion, Verifier};
+use super::check::{ExpectedMotion, Judged, Meaning, PathCheck, SourceMotion};
 use crate::motion::Motion;
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Check, Copied, Outgoing, failed};
+use crate::process::pipeline::{Copied, Outgoing, StepCheck, failed};
 use crate::process::text::{Inventory, Passage, Stretch};
 use crate::program::Block;
 
 /// Shorter runs are read: that costs less than to look for their ends.
 const LEAST_RUN: usize = 4;
 
-impl<'a> Check for Verifier<'a> {
-    type Meant = Expected<'a>;
+impl<'a> StepCheck for PathCheck<'a> {
+    type Meant = ExpectedMotion<'a>;
     type Became = Judged;
 
-    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, of: &Stretch) -> Result<(), Fault> {
+    fn take(&mut self, written: &mut Outgoing<ExpectedMotion<'a>>, of: &Stretch) -> Result<(), Fault> {
         self.look_at(written, of)
     }
 
@@ -35,11 +35,11 @@ impl<'a> Check for Verifier<'a> {
     }
 }
 
-impl<'a> Verifier<'a> {
+impl<'a> PathCheck<'a> {
     /// Looks at this text of the output, written of this stretch.
     pub(in crate::process) fn look_at(
         &mut self,
-        written: &mut Outgoing<Expected<'a>>,
+        written: &mut Outgoing<ExpectedMotion<'a>>,
         stretch: &Stretch,
     ) -> Result<(), Fault> {
         let Outgoing { text, expected, copied } = written;
@@ -54,7 +54,7 @@ impl<'a> Verifier<'a> {
         self.milestones.reach(self.read_back.blocks_read(), self.found.after.max_mm());
         // The stretch goes before the rest of its text is read.
         for expected in self.read_back.awaited_mut() {
-            if let Expected::Same { motion, .. } = expected
+            if let ExpectedMotion::Same { motion, .. } = expected
                 && let SourceMotion::At { passage, motion: index, .. } = *motion
                 && let Some(source) = stretch.motion(passage, index)
             {
@@ -126,7 +126,7 @@ impl<'a> Verifier<'a> {
         for motion in motions {
             self.effort.pass(1);
             go_on(&self.effort)?;
-            let Some(Expected::Same { motion: source, checked }) = self.read_back.take_awaited() else {
+            let Some(ExpectedMotion::Same { motion: source, checked }) = self.read_back.take_awaited() else {
                 return Err(failed(motion.line, "a motion too many"));
             };
             if source.line() != motion.line {
@@ -277,14 +277,16 @@ mod tests {
         for (index, passage) in stretch.passages.iter().enumerate() {
             inventory.see(&passage.batch);
             written.copy((index, passage), 0, passage.batch.blocks().len());
-            written.expected.extend(passage.motions.iter().zip(0..).map(|(motion, place)| Expected::Same {
-                motion: SourceMotion::At { passage: index, motion: place, line: motion.line },
-                checked: None,
+            written.expected.extend(passage.motions.iter().zip(0..).map(|(motion, place)| {
+                ExpectedMotion::Same {
+                    motion: SourceMotion::At { passage: index, motion: place, line: motion.line },
+                    checked: None,
+                }
             }));
         }
         assert!(written.text == source, "the whole program");
         change(&mut written.text);
-        let mut verifier = Verifier::new(&machine, &parameters, dialect, Effort::default());
+        let mut verifier = PathCheck::new(&machine, &parameters, dialect, Effort::default());
         verifier.look_at(&mut written, &stretch)?;
         verifier.finish(&inventory)
     }

@@ -9,7 +9,7 @@ use super::left_out::LeftOutReason;
 use super::tool_unknown::ToolUnknown;
 use super::verification_fault::VerificationFault;
 use crate::contact::{Effort, EffortEnd};
-use crate::program::{Diagnostics, Dialect, Excerpt, ReadFault, Severity, Step, WriteFault};
+use crate::program::{Diagnostics, Dialect, Excerpt, ReadFault, Severity, StepName, WriteFault};
 use crate::servo::ServoFault;
 
 /// The first fault, and the number of faults.
@@ -114,7 +114,7 @@ pub enum Fault {
     )]
     AlreadyCompensated {
         /// The step.
-        step: Step,
+        step: StepName,
     },
     /// The program has a stamp that does not say which steps were done.
     #[error(

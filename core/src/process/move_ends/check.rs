@@ -3,7 +3,7 @@
 
 use super::moves::Moves;
 use super::parameters::WearParameters;
-use super::pilot::Point;
+use super::pilot::MovedPoint;
 use super::posting::Largest;
 use super::worn_tool::WornTool;
 use super::written::Resolution;
@@ -14,8 +14,8 @@ use crate::motion::{Motion, MotionKind};
 use crate::process::contact_path::Meaning;
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    Awaited, BeforeAfter, BlockChange, BlockError, Check, DeviationTotals, ErrorShares, Outgoing, ReadBack,
-    failed,
+    Awaited, BeforeAfter, BlockChange, BlockError, DeviationTotals, ErrorShares, Outgoing, ReadBack,
+    StepCheck, failed,
 };
 use crate::process::set_up::{SetUps, Stop};
 use crate::process::text::{Inventory, Stretch};
@@ -33,16 +33,16 @@ const ARITHMETIC_MM: f64 = 1e-7;
 
 /// What the next motion of the written program has to be.
 #[derive(Debug)]
-pub(super) struct Expected {
+pub(super) struct ExpectedEnd {
     /// The source's motion with the ends, the contact words and the F that were planned.
     pub(super) motion: Motion,
     /// Its rotary words are the source's to the bit, unless it was posted anew.
-    pub(super) point: Option<Point>,
+    pub(super) point: Option<MovedPoint>,
     /// How linear and rotary words were written.
     pub(super) resolutions: [Resolution; 2],
 }
 
-impl Awaited for Expected {
+impl Awaited for ExpectedEnd {
     fn line(&self) -> u64 {
         self.motion.line
     }
@@ -53,7 +53,7 @@ impl Awaited for Expected {
 }
 
 /// Reads the output back and sums up what it leaves.
-pub(super) struct WearVerifier<'a> {
+pub(super) struct EndsCheck<'a> {
     machine: &'a Machine,
     parameters: &'a WearParameters,
     moves: Moves<'a>,
@@ -62,7 +62,7 @@ pub(super) struct WearVerifier<'a> {
     has_wear: bool,
     /// The cutter of the section at hand, worn and nominal.
     tool: WornTool,
-    read_back: ReadBack<Expected>,
+    read_back: ReadBack<ExpectedEnd>,
     /// The last contact of the source, where a motion at feed may go on from it.
     contact_mm: Option<Vec3>,
     pub(super) found: BeforeAfter,
@@ -75,11 +75,11 @@ pub(super) struct WearVerifier<'a> {
     stop: &'a Stop<'a>,
 }
 
-impl Check for WearVerifier<'_> {
-    type Meant = Expected;
+impl StepCheck for EndsCheck<'_> {
+    type Meant = ExpectedEnd;
     type Became = BlockChange;
 
-    fn take(&mut self, written: &mut Outgoing<Expected>, _of: &Stretch) -> Result<(), Fault> {
+    fn take(&mut self, written: &mut Outgoing<ExpectedEnd>, _of: &Stretch) -> Result<(), Fault> {
         self.read_back.await_all(&mut written.expected);
         self.read_back.feed(&written.text);
         self.read()
@@ -96,7 +96,7 @@ impl Check for WearVerifier<'_> {
     }
 }
 
-impl<'a> WearVerifier<'a> {
+impl<'a> EndsCheck<'a> {
     pub(in crate::process) fn new(
         machine: &'a Machine,
         moves: &Moves<'a>,
@@ -140,7 +140,7 @@ impl<'a> WearVerifier<'a> {
         Ok(())
     }
 
-    fn check(&mut self, read: &Motion, next: &Expected, change: &mut BlockChange) -> Result<(), Fault> {
+    fn check(&mut self, read: &Motion, next: &ExpectedEnd, change: &mut BlockChange) -> Result<(), Fault> {
         let line = next.motion.line;
         Meaning::of(&next.motion).check(read)?;
         let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
@@ -201,7 +201,7 @@ impl<'a> WearVerifier<'a> {
     }
 
     /// What moving did to a motion, and what of its errors.
-    fn tell(&self, point: &Point, axis_left_rad: f64, rounding_mm: f64, change: &mut BlockChange) {
+    fn tell(&self, point: &MovedPoint, axis_left_rad: f64, rounding_mm: f64, change: &mut BlockChange) {
         let contact = &point.contact;
         let (mut before, mut after) = (ErrorShares::default(), ErrorShares::default());
         after.rounding_mm = rounding_mm;

@@ -2,17 +2,17 @@
 
 use std::io::Write;
 
-use super::check::WearVerifier;
+use super::check::EndsCheck;
 use super::moved::Moved;
 use super::moves::Moves;
 use super::parameters::{Milling, WearParameters};
 use super::report::WearReport;
-use super::step::Run;
+use super::step::EndsWork;
 use super::worn_tool::WornTool;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    BlockChange, ChainStep, Course, Hands, Look, Note, Resources, Step, Surveyed, Upstream, failed,
+    BlockChange, Hands, Look, Note, Resources, Step, StepRun, StepWork, Surveyed, Upstream, failed,
 };
 use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Place, ProgramSource, Survey, naming_unknown_axes};
@@ -76,7 +76,7 @@ impl<'p> MoveStep<'p> {
     }
 }
 
-impl ChainStep for MoveStep<'_> {
+impl Step for MoveStep<'_> {
     fn run(
         &mut self,
         upstream: Upstream<'_>,
@@ -102,12 +102,12 @@ impl ChainStep for MoveStep<'_> {
         if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
             return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
         }
-        let mut course = Course::begin(upstream, machine, &moves.source_program, false, stop)?;
+        let mut course = StepRun::begin(upstream, machine, &moves.source_program, false, stop)?;
         if let Some(look) = &mut look {
             look.begin(&Surveyed { source, survey, program: None }, course.dialect())?;
         }
-        let mut run = Run::new(machine, moves, survey, contact, stop);
-        let mut verifier = WearVerifier::new(machine, moves, course.dialect(), stop);
+        let mut run = EndsWork::new(machine, moves, survey, contact, stop);
+        let mut verifier = EndsCheck::new(machine, moves, course.dialect(), stop);
         let mut inventory = Inventory::default();
         let mut hands = Hands {
             prepare: &mut inventory,

@@ -8,7 +8,7 @@ use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::set_up::{Need, ProgramSetup, SetUps, ToolCalls, ToolUsed};
 use crate::process::text::ProgramSource;
-use crate::program::{Step, Steps};
+use crate::program::{StepName, Steps};
 
 /// Everything that decides where ends of motions go: a wear compensation, posting for another machine, or both.
 #[derive(Debug, Clone)]
@@ -39,8 +39,8 @@ impl<'a> Moves<'a> {
 
     /// The steps that are asked for.
     pub(super) fn steps(&self) -> Steps {
-        let wear = if self.has_wear { Steps::of(&[Step::Wear]) } else { Steps::NONE };
-        if self.posts { wear.with(Step::LocationErrors) } else { wear }
+        let wear = if self.has_wear { Steps::of(&[StepName::Wear]) } else { Steps::NONE };
+        if self.posts { wear.with(StepName::LocationErrors) } else { wear }
     }
 
     /// What holds for the written program.

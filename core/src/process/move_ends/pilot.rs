@@ -4,7 +4,7 @@ use super::assumption::Assumption;
 use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
 use super::moves::Moves;
 use super::parameters::WearParameters;
-use super::points::{Points, rests};
+use super::points::{EndPoses, rests};
 use super::report::CurvatureAcross;
 use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution};
@@ -26,14 +26,14 @@ const RESTING_MM: f64 = 1e-6;
 /// What becomes of a motion.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "lives for one motion")]
-pub(super) enum Course {
+pub(super) enum EndChoice {
     /// It is copied.
     Leave,
     /// It ends elsewhere.
     Move {
         goal: Goal,
         /// The source's pose, and the contact kept; none where the point was looked at before.
-        point: Option<Point>,
+        point: Option<MovedPoint>,
     },
 }
 
@@ -49,7 +49,7 @@ pub(super) enum Goal {
 
 /// A point looked at.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Point {
+pub(super) struct MovedPoint {
     /// As meant.
     pub(super) pose: ToolPose,
     /// As the machine would take the words of the source.
@@ -75,7 +75,7 @@ pub(super) struct Pilot<'a> {
     /// The machine under which the written program runs.
     pub(super) written: SetUps,
     pub(super) contact: ContactSource,
-    pub(super) points: Points<'a>,
+    pub(super) points: EndPoses<'a>,
     /// G90.1 is active: centres of arcs are points.
     pub(super) absolute_centres: bool,
     /// The cutter that is compensated for is in the spindle.
@@ -105,7 +105,7 @@ impl Pilot<'_> {
         following: Option<&Motion>,
         axes: &Axes,
         resolutions: [Resolution; 2],
-    ) -> Result<Course, LineFaultKind> {
+    ) -> Result<EndChoice, LineFaultKind> {
         let motion = &motions[index];
         self.points.enter(motion);
         if self.written.enter(motion) {
@@ -133,7 +133,7 @@ impl Pilot<'_> {
             }
             self.carried_mm = Vec3::zeros();
             self.warnings.add(WarningKind::WorkOffsetChanged, Some(motion.line));
-            return Ok(Course::Leave);
+            return Ok(EndChoice::Leave);
         }
         let Some(end) = motion.end else {
             if motion.kind != MotionKind::Rapid && self.would_move(motion, axes) {
@@ -142,7 +142,7 @@ impl Pilot<'_> {
             if self.moves_everything || axes.is_off() {
                 self.warnings.add(WarningKind::PositionUnknown, Some(motion.line));
             }
-            return Ok(Course::Leave);
+            return Ok(EndChoice::Leave);
         };
         if motion.tool_axis.is_some() && axes.rotary.is_off() {
             // Words before it were turned; from where the control turns to the vector cannot be said.
@@ -167,7 +167,7 @@ impl Pilot<'_> {
             _ => self.stated(motion, &end, &pose)?,
         };
         if stated.is_none() && rests(motion) {
-            return Ok(Course::Move { goal: Goal::Words(axes.standing(&end)), point: None });
+            return Ok(EndChoice::Move { goal: Goal::Words(axes.standing(&end)), point: None });
         }
         let near = self.near(motion, &pose, &end)?;
         if motion.kind == MotionKind::Arc {
@@ -183,7 +183,7 @@ impl Pilot<'_> {
         }
         let mut point = self.point(motion, [pose, real], near, contact);
         point.is_assumed = is_assumed && point.has_contact;
-        Ok(Course::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
+        Ok(EndChoice::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
     }
 
     /// Goes over to the cutter of the section at hand.
@@ -255,7 +255,7 @@ impl Pilot<'_> {
         [pose, real]: [ToolPose; 2],
         near: NearWords,
         contact: Option<WornContact>,
-    ) -> Point {
+    ) -> MovedPoint {
         let behind = if self.is_its_tool { self.tool.unknown_to_control } else { Length::ZERO };
         let behind_mm = behind.mm();
         if let Some(found) = &contact {
@@ -273,7 +273,7 @@ impl Pilot<'_> {
                 flat(&self.tool, &pose, 0.0)
             }
         });
-        Point { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
+        MovedPoint { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
     }
 
     /// The linear words that put the written program's tip at the place a point asks for, with rotary words as written.
@@ -281,10 +281,10 @@ impl Pilot<'_> {
         &self,
         motion: &Motion,
         rotary_deg: [f64; 2],
-        point: &Point,
+        point: &MovedPoint,
     ) -> [f64; 3] {
         let rotary_rad = rotary_rad(self.machine, rotary_deg);
-        let Point { pose, contact, behind_mm, .. } = point;
+        let MovedPoint { pose, contact, behind_mm, .. } = point;
         let mut tip_mm = pose.tip_mm + contact.shift_mm;
         if self.moves.posts {
             let by_vector = motion.tool_axis.is_some();
@@ -381,7 +381,7 @@ impl Pilot<'_> {
         stated: Option<WornContact>,
         axes: &Axes,
         [linear, rotary]: [Resolution; 2],
-    ) -> Result<Course, LineFaultKind> {
+    ) -> Result<EndChoice, LineFaultKind> {
         // An arc does not turn the tool, and nothing is assumed of it.
         let point = self.point(motion, poses, near, stated);
         let together = axes.standing(end);
@@ -414,7 +414,7 @@ impl Pilot<'_> {
                 return Err(LineFaultKind::ArcShift { why });
             }
         }
-        Ok(Course::Move { goal: Goal::Words(together), point: Some(point) })
+        Ok(EndChoice::Move { goal: Goal::Words(together), point: Some(point) })
     }
 
     /// A motion that cannot be followed is left alone only where it would not have to move.
@@ -423,11 +423,11 @@ impl Pilot<'_> {
         motion: &Motion,
         reason: Unfollowable,
         axes: &Axes,
-    ) -> Result<Course, LineFaultKind> {
+    ) -> Result<EndChoice, LineFaultKind> {
         let has_to_move = match reason {
             // These go to places of the machine, or nowhere.
             Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return => {
-                return Ok(Course::Leave);
+                return Ok(EndChoice::Leave);
             }
             // What is called moves by its own words, from where the source would stand.
             Unfollowable::Call | Unfollowable::UnknownCode => axes.is_off(),
@@ -437,7 +437,7 @@ impl Pilot<'_> {
             return Err(LineFaultKind::NotMovable(reason));
         }
         self.warnings.add(WarningKind::NotFollowed, Some(motion.line)).reason.get_or_insert(reason);
-        Ok(Course::Leave)
+        Ok(EndChoice::Leave)
     }
 
     /// Whether this motion could not stay as it is, were it to be followed.
@@ -488,13 +488,13 @@ impl Pilot<'_> {
 }
 
 /// The course of a motion of another tool: where the source leads, so that what stands elsewhere comes back.
-fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<Course, LineFaultKind> {
+fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<EndChoice, LineFaultKind> {
     let goes_to_the_machine = matches!(
         motion.unfollowable,
         Some(Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return)
     );
     if !axes.is_off() || goes_to_the_machine {
-        return Ok(Course::Leave);
+        return Ok(EndChoice::Leave);
     }
     match (motion.unfollowable, motion.end) {
         (Some(reason), _) => Err(LineFaultKind::NotMovable(reason)),
@@ -502,13 +502,13 @@ fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<Course, LineFaultKin
         (None, _) if motion.kind == MotionKind::Arc => {
             Err(LineFaultKind::ArcShift { why: "it begins where another tool was moved to" })
         }
-        (None, None) if motion.kind == MotionKind::Rapid => Ok(Course::Leave),
+        (None, None) if motion.kind == MotionKind::Rapid => Ok(EndChoice::Leave),
         (None, None) => Err(LineFaultKind::PositionUnknown),
         // A cut would begin where another tool was moved to.
         (None, Some(_)) if motion.start.is_none() && motion.kind != MotionKind::Rapid => {
             Err(LineFaultKind::PositionUnknown)
         }
-        (None, Some(end)) => Ok(Course::Move { goal: Goal::Words(end), point: None }),
+        (None, Some(end)) => Ok(EndChoice::Move { goal: Goal::Words(end), point: None }),
     }
 }
 

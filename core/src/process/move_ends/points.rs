@@ -8,7 +8,7 @@ use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
 use crate::process::set_up::SetUps;
 
 /// The source's poses at the ends of a batch's motions.
-pub(super) struct Points<'a> {
+pub(super) struct EndPoses<'a> {
     machine: &'a Machine,
     /// The machine that the program was made for.
     pub(super) source: SetUps,
@@ -22,7 +22,7 @@ pub(super) struct Points<'a> {
     lanes: PoseLanes,
 }
 
-impl<'a> Points<'a> {
+impl<'a> EndPoses<'a> {
     pub(super) fn new(
         machine: &'a Machine,
         source: SetUps,

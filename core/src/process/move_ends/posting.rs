@@ -1,6 +1,6 @@
 //! What posting anew for the machine as it is did to the motions of a program.
 
-use super::pilot::Point;
+use super::pilot::MovedPoint;
 use crate::geometry::angle_between;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Motion};
@@ -49,7 +49,7 @@ impl Posting {
         &mut self,
         machine: &Machine,
         motion: &Motion,
-        point: &Point,
+        point: &MovedPoint,
         [source, written]: [&AxisWords; 2],
         posts: bool,
     ) {

@@ -1,13 +1,13 @@
 //! Stretch after stretch of a program moved and written.
 
 use super::assumption::Assumption;
-use super::check::{ASK_EVERY, Expected, WearVerifier};
+use super::check::{ASK_EVERY, EndsCheck, ExpectedEnd};
 use super::contact::contact_angle;
 use super::feed::lowered_feed;
 use super::moved::Moved;
 use super::moves::Moves;
-use super::pilot::{Course, Goal, Pilot, Point};
-use super::points::Points;
+use super::pilot::{EndChoice, Goal, MovedPoint, Pilot};
+use super::points::EndPoses;
 use super::posting::Posting;
 use super::report::{CurvatureAcross, WearReport};
 use super::worn_tool::WornTool;
@@ -17,11 +17,10 @@ use crate::geometry::Vec3;
 use crate::machine::{Machine, Travel};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, WarningKind, Warnings, go_on};
-use crate::process::pipeline::{Outgoing, Placed, Rewriter, Step, letter};
+use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork, letter};
 use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
-use crate::program;
-use crate::program::{Address, Batch, Dialect, Keyword, NewWord, Steps};
+use crate::program::{Address, Batch, Dialect, Keyword, NewWord, StepName, Steps};
 use crate::units::{Angle, Length};
 
 /// G90.1 and G91.1, in tenths.
@@ -29,7 +28,7 @@ const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;
 
 /// The work in progress.
-pub(super) struct Run<'a> {
+pub(super) struct EndsWork<'a> {
     survey: Survey,
     pub(super) pilot: Pilot<'a>,
     /// The five axes and U V W of the written program.
@@ -55,18 +54,18 @@ pub(super) struct Run<'a> {
     stop: &'a Stop<'a>,
 }
 
-impl<'a> Step for Run<'a> {
-    type Meant = Expected;
-    type Check = WearVerifier<'a>;
+impl<'a> StepWork for EndsWork<'a> {
+    type Meant = ExpectedEnd;
+    type Checker = EndsCheck<'a>;
 
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected>) -> Result<bool, Fault> {
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedEnd>) -> Result<bool, Fault> {
         for (index, passage) in stretch.passages.iter().enumerate() {
             self.passage((index, passage), stretch.following(index), out)?;
         }
         Ok(true)
     }
 
-    fn hear(&mut self, _check: &WearVerifier<'a>, _read: &Inventory) -> Result<(), Fault> {
+    fn hear(&mut self, _check: &EndsCheck<'a>, _read: &Inventory) -> Result<(), Fault> {
         Ok(())
     }
 
@@ -79,7 +78,7 @@ impl<'a> Step for Run<'a> {
     }
 }
 
-impl<'a> Run<'a> {
+impl<'a> EndsWork<'a> {
     pub(super) fn new(
         machine: &'a Machine,
         moves: &Moves<'a>,
@@ -97,7 +96,7 @@ impl<'a> Run<'a> {
             tool: WornTool::NONE,
             written,
             contact,
-            points: Points::new(machine, source, parameters.program.interpolation, real),
+            points: EndPoses::new(machine, source, parameters.program.interpolation, real),
             absolute_centres: false,
             is_its_tool: true,
             carried_mm: Vec3::zeros(),
@@ -136,7 +135,7 @@ impl<'a> Run<'a> {
         &mut self,
         passage: Placed<'_>,
         following: Option<&Motion>,
-        out: &mut Outgoing<Expected>,
+        out: &mut Outgoing<ExpectedEnd>,
     ) -> Result<(), Fault> {
         let Passage { batch, motions, .. } = passage.1;
         self.rewriter.begin(passage.1, out)?;
@@ -151,8 +150,8 @@ impl<'a> Run<'a> {
             let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
             go_on(&self.pilot.effort)?;
             let done = match course {
-                Ok(Course::Leave) => Ok(self.leave(passage, motion, out)?),
-                Ok(Course::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {
+                Ok(EndChoice::Leave) => Ok(self.leave(passage, motion, out)?),
+                Ok(EndChoice::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {
                     Some(kind) => Err(kind),
                     None => self.shift(passage, motion, &goal, point, out)?,
                 },
@@ -227,7 +226,7 @@ impl<'a> Run<'a> {
         &mut self,
         passage: Placed<'_>,
         motion: &Motion,
-        out: &mut Outgoing<Expected>,
+        out: &mut Outgoing<ExpectedEnd>,
     ) -> Result<(), Fault> {
         let batch = &passage.1.batch;
         let start = motion.start.map(|words| self.axes.standing(&words));
@@ -249,8 +248,8 @@ impl<'a> Run<'a> {
         passage: Placed<'_>,
         motion: &Motion,
         goal: &Goal,
-        point: Option<Point>,
-        out: &mut Outgoing<Expected>,
+        point: Option<MovedPoint>,
+        out: &mut Outgoing<ExpectedEnd>,
     ) -> Result<Result<(), LineFaultKind>, Fault> {
         let batch = &passage.1.batch;
         let Some(source_end) = motion.end else { return Ok(Ok(())) };
@@ -342,7 +341,7 @@ impl<'a> Run<'a> {
         ContactWords::Point(plan.end)
     }
 
-    fn count(&mut self, motion: &Motion, point: Option<&Point>) {
+    fn count(&mut self, motion: &Motion, point: Option<&MovedPoint>) {
         self.motions_followed += 1;
         let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
         self.uses_tcp |= is_tcp && motion.kind != MotionKind::Rapid;
@@ -372,8 +371,8 @@ impl<'a> Run<'a> {
         [start, end]: [Option<AxisWords>; 2],
         contact: ContactWords,
         lowered: Option<NewWord>,
-        point: Option<Point>,
-        out: &mut Outgoing<Expected>,
+        point: Option<MovedPoint>,
+        out: &mut Outgoing<ExpectedEnd>,
     ) {
         if self.has_faults() {
             return;
@@ -383,7 +382,7 @@ impl<'a> Run<'a> {
             planned.feed.raw = feed.value;
         }
         let resolutions = self.resolutions(motion);
-        out.expected.push_back(Expected { motion: planned, point, resolutions });
+        out.expected.push_back(ExpectedEnd { motion: planned, point, resolutions });
     }
 
     /// The axes' travel, at the place the block leads to.
@@ -418,7 +417,7 @@ impl<'a> Run<'a> {
 
     pub(super) fn moved(
         mut self,
-        verifier: WearVerifier<'_>,
+        verifier: EndsCheck<'_>,
         dialect: Dialect,
         blocks_in: u64,
         reading: ProgramReading,
@@ -452,8 +451,8 @@ impl<'a> Run<'a> {
         let did_post = moves.posts && self.posting.did_something();
         let steps = match (self.blocks_changed > 0, did_wear, did_post) {
             (false, ..) => Steps::NONE,
-            (true, true, false) => Steps::of(&[program::Step::Wear]),
-            (true, false, true) => Steps::of(&[program::Step::LocationErrors]),
+            (true, true, false) => Steps::of(&[StepName::Wear]),
+            (true, false, true) => Steps::of(&[StepName::LocationErrors]),
             _ => moves.steps(),
         };
         let is_assumed = moves.has_wear && self.pilot.contact == ContactSource::FeedPlane;

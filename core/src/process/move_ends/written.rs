@@ -18,7 +18,7 @@ pub(super) struct Written<const N: usize> {
 
 /// A block's words and where they lead.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Plan<const N: usize> {
+pub(super) struct WordPlan<const N: usize> {
     /// Words that change or come in.
     pub(super) words: [Option<NewWord>; N],
     /// Where the coordinates stand behind the block [mm or deg].
@@ -121,10 +121,10 @@ impl<const N: usize> Written<N> {
         source: [&[f64; N]; 2],
         target: &[f64; N],
         resolution: Resolution,
-    ) -> Plan<N> {
+    ) -> WordPlan<N> {
         let Resolution { decimals, unit } = resolution;
         let half = 0.5 * 0.1_f64.powi(i32::from(decimals)) + SAME_WORD;
-        let mut plan = Plan { words: [None; N], end: *target };
+        let mut plan = WordPlan { words: [None; N], end: *target };
         for k in 0..N {
             let [start, end] = [source[0][k], source[1][k]];
             // What a word written anew counts from, and what the block's own does.

@@ -5,7 +5,7 @@ use std::io::Write;
 use crate::process::contact_path::{CcReport, PathStep};
 use crate::process::fault::Fault;
 use crate::process::move_ends::{MoveStep, Moved};
-use crate::process::pipeline::{BlockChange, ChainStep, Look, Note, Resources, run_chain};
+use crate::process::pipeline::{BlockChange, Look, Note, Resources, Step, run_chain};
 use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
 use crate::process::text::{LineMap, ProgramSource, Spool};
 
@@ -40,10 +40,10 @@ impl StepList<'_> {
         with: &Resources<'_>,
     ) -> Result<Vec<LineMap>, Fault> {
         let Self { search, singular, moves, path } = self;
-        let mut steps: Vec<&mut dyn ChainStep> = Vec::new();
-        steps.extend(singular.as_mut().map(|step| step as &mut dyn ChainStep));
-        steps.extend(moves.as_mut().map(|step| step as &mut dyn ChainStep));
-        steps.extend(path.as_mut().map(|step| step as &mut dyn ChainStep));
+        let mut steps: Vec<&mut dyn Step> = Vec::new();
+        steps.extend(singular.as_mut().map(|step| step as &mut dyn Step));
+        steps.extend(moves.as_mut().map(|step| step as &mut dyn Step));
+        steps.extend(path.as_mut().map(|step| step as &mut dyn Step));
         let look = search.as_mut().map(|search| search as &mut dyn Look);
         run_chain(&mut steps, look, upload, spool, output, note, with)
     }

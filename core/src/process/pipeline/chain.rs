@@ -21,7 +21,7 @@ pub(in crate::process) struct Resources<'a> {
 }
 
 /// A step of a chain. It keeps its own report.
-pub(in crate::process) trait ChainStep {
+pub(in crate::process) trait Step {
     /// Takes the program of `upstream` through the step. `note` gets the changes of every motion, in program order,
     /// after the written motion was read back. Returns the lines that the step inserted.
     ///
@@ -50,7 +50,7 @@ pub(in crate::process) trait ChainStep {
 /// # Errors
 /// Why a step refuses the program; `output` then holds text that must not be run.
 pub(in crate::process) fn run_chain(
-    steps: &mut [&mut dyn ChainStep],
+    steps: &mut [&mut dyn Step],
     mut look: Option<&mut dyn Look>,
     upload: &dyn ProgramSource,
     spool: &dyn Spool,

@@ -28,11 +28,11 @@ impl<'a> Upstream<'a> {
 }
 
 /// A step that writes: its work on the motions of a program.
-pub(in crate::process) trait Step: Send {
+pub(in crate::process) trait StepWork: Send {
     /// What the next motion of the written program must be.
     type Meant: Send;
     /// The check that reads the written program back.
-    type Check: Check<Meant = Self::Meant>;
+    type Checker: StepCheck<Meant = Self::Meant>;
 
     /// Works on a stretch. Returns true at its end, and false if enough is written to be handed over.
     fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Self::Meant>) -> Result<bool, Fault>;
@@ -42,7 +42,7 @@ pub(in crate::process) trait Step: Send {
     }
     /// Receives the findings of the read-back and the inventory read so far. It is called between two rounds, so
     /// that the result does not depend on timing. Refuses to continue if the cost exceeds its limit.
-    fn hear(&mut self, check: &Self::Check, read: &Inventory) -> Result<(), Fault>;
+    fn hear(&mut self, check: &Self::Checker, read: &Inventory) -> Result<(), Fault>;
     /// Whether the program has a fault that refuses it. It is then read to its end without writing, so that every
     /// fault is listed.
     fn has_faults(&self) -> bool;
@@ -51,7 +51,7 @@ pub(in crate::process) trait Step: Send {
 }
 
 /// Reads the written program back.
-pub(in crate::process) trait Check: Send {
+pub(in crate::process) trait StepCheck: Send {
     /// What the next motion must be.
     type Meant;
     /// The result for one motion.
@@ -114,15 +114,15 @@ pub(in crate::process) trait Look: Send {
 pub(in crate::process) type Note<'n, B> = &'n mut dyn FnMut(&B) -> Result<(), Fault>;
 
 /// The workers of a step.
-pub(in crate::process) struct Hands<'h, S: Step> {
+pub(in crate::process) struct Hands<'h, S: StepWork> {
     pub(in crate::process) prepare: &'h mut dyn Prepare,
     pub(in crate::process) step: &'h mut S,
-    pub(in crate::process) check: &'h mut S::Check,
+    pub(in crate::process) check: &'h mut S::Checker,
     pub(in crate::process) look: Option<&'h mut dyn Look>,
 }
 
 /// The progress of a program through a step.
-pub(in crate::process) struct Course<'a> {
+pub(in crate::process) struct StepRun<'a> {
     pub(in crate::process) passages: Passages<'a>,
     /// The finished stretch, whose text has still to be read back.
     worked_off: Stretch,
@@ -132,7 +132,7 @@ pub(in crate::process) struct Course<'a> {
     stop: &'a Stop<'a>,
 }
 
-impl<'a> Course<'a> {
+impl<'a> StepRun<'a> {
     /// Begins to read a program. Tool vectors get their words during reading. If `leaves_vectors` is set, they get
     /// them when stretches are prepared.
     pub(in crate::process) fn begin(
@@ -160,11 +160,11 @@ impl<'a> Course<'a> {
 
     /// Takes the program through a step to its end. `output` then has the written text, which still has to be
     /// [finished](Hands::finish).
-    pub(in crate::process) fn run<S: Step>(
+    pub(in crate::process) fn run<S: StepWork>(
         &mut self,
         hands: &mut Hands<'_, S>,
         output: &mut dyn Write,
-        note: Note<'_, <S::Check as Check>::Became>,
+        note: Note<'_, <S::Checker as StepCheck>::Became>,
         parts: &dyn SideBySide,
     ) -> Result<(), Fault> {
         let Self { passages, worked_off, present, next, coming, stop } = self;
@@ -239,13 +239,13 @@ impl<'a> Course<'a> {
     }
 }
 
-impl<S: Step> Hands<'_, S> {
+impl<S: StepWork> Hands<'_, S> {
     /// Finishes a program without faults: everything must have been read back.
     pub(in crate::process) fn finish(
         &mut self,
         passages: &Passages<'_>,
         output: &mut dyn Write,
-        note: Note<'_, <S::Check as Check>::Became>,
+        note: Note<'_, <S::Checker as StepCheck>::Became>,
     ) -> Result<(), Fault> {
         let Self { prepare, step, check, look } = self;
         check.finish(&step.rewriter().inventory(prepare.inventory()))?;

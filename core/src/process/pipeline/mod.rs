@@ -16,9 +16,11 @@ pub use block_change::{BlockChange, BlockError, ErrorShares};
 pub use deviation::DeviationSummary;
 pub use series::{Series, SeriesPoint};
 
-pub(in crate::process) use chain::{ChainStep, Resources, run_chain};
+pub(in crate::process) use chain::{Resources, Step, run_chain};
 pub(in crate::process) use deviation::DeviationTotals;
-pub(in crate::process) use drive::{Check, Course, Hands, Look, Note, Prepare, Step, Surveyed, Upstream};
+pub(in crate::process) use drive::{
+    Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Surveyed, Upstream,
+};
 pub(in crate::process) use emit::{Emitter, differs, exact_decimals, form, in_units, letter, rounded_feed};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{Awaited, BeforeAfter, MachineWord, ReadBack, TIME_ROUNDING, failed};

@@ -16,7 +16,7 @@ pub(super) enum Item {
     Note(Vec<u8>),
     /// A statement for the post-processor, as words.
     Words(String),
-    Point(Point),
+    ClPoint(ClPoint),
 }
 
 /// Assumed precision of points written as whole numbers \[decimals\].
@@ -24,9 +24,9 @@ const WHOLE_NUMBERS_DECIMALS: i32 = 3;
 
 impl Item {
     /// The point, if the item is one.
-    pub(super) fn point(&self) -> Option<Point> {
+    pub(super) fn point(&self) -> Option<ClPoint> {
         match self {
-            Self::Point(point) => Some(*point),
+            Self::ClPoint(point) => Some(*point),
             Self::Note(_) | Self::Words(_) => None,
         }
     }
@@ -34,7 +34,7 @@ impl Item {
 
 /// A point to go to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Point {
+pub(super) struct ClPoint {
     /// Line of the source.
     pub(super) line: u64,
     pub(super) rapid: bool,
@@ -52,7 +52,7 @@ const SAME_AXIS: f64 = 1e-6;
 
 /// Reads the source's blocks and motions.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Points {
+pub(super) struct ClPoints {
     /// The circle that ends at the next point, and its line.
     circle: Option<(u64, Option<Circle>)>,
     mm_per_unit: Option<f64>,
@@ -80,7 +80,7 @@ enum ToolName {
     Text(Vec<u8>),
 }
 
-impl Points {
+impl ClPoints {
     /// Posts a block without a motion.
     ///
     /// # Errors
@@ -196,7 +196,13 @@ impl Points {
             motion.vector_start.map(|(tip, _)| Vec3::from(tip)).or(before.map(|before| before.tip_mm));
         let mut point = |tip_mm: Vec3| {
             let from_mm = from_mm.replace(tip_mm);
-            Item::Point(Point { line: motion.line, rapid, pose: ToolPose { tip_mm, axis }, from_mm, feed })
+            Item::ClPoint(ClPoint {
+                line: motion.line,
+                rapid,
+                pose: ToolPose { tip_mm, axis },
+                from_mm,
+                feed,
+            })
         };
         if motion.kind == MotionKind::Arc {
             self.arcs += 1;

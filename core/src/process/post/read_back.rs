@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::approach::Coordinates;
 use super::parameters::{PostForm, PostParameters};
-use super::points::Point;
+use super::points::ClPoint;
 use crate::contact::Station;
 use crate::geometry::angle_between;
 use crate::kinematics::Kinematics;
@@ -20,8 +20,8 @@ const ARITHMETIC: f64 = 1e-6;
 
 /// What the next motion must be.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Expected {
-    pub(super) point: Point,
+pub(super) struct ExpectedPoint {
+    pub(super) point: ClPoint,
     /// F as written.
     pub(super) feed: Option<f64>,
     /// Smallest angle that the axes can leave to the point's axis \[rad\].
@@ -43,7 +43,7 @@ pub(super) struct Part {
     pub(super) is_last: bool,
 }
 
-impl Awaited for Expected {
+impl Awaited for ExpectedPoint {
     fn line(&self) -> u64 {
         self.point.line
     }
@@ -57,10 +57,10 @@ impl Awaited for Expected {
 pub(super) struct PostedAgain<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
-    read_back: ReadBack<Expected>,
+    read_back: ReadBack<ExpectedPoint>,
     /// Words for the machine that must come next.
     words: VecDeque<MachineWord>,
-    /// Points that were written.
+    /// ClPoints that were written.
     points: u64,
     mode: Interpolation,
     tip_mm: f64,
@@ -94,7 +94,7 @@ impl<'a> PostedAgain<'a> {
         }
     }
 
-    pub(super) fn await_next(&mut self, next: Expected) {
+    pub(super) fn await_next(&mut self, next: ExpectedPoint) {
         self.read_back.await_next(next);
         self.points += 1;
     }
@@ -133,7 +133,7 @@ impl<'a> PostedAgain<'a> {
         self.read_back.has_no_warning()
     }
 
-    fn check(&mut self, read: &Motion, next: &Expected) -> Result<(), Fault> {
+    fn check(&mut self, read: &Motion, next: &ExpectedPoint) -> Result<(), Fault> {
         let line = next.point.line;
         let kind = if next.point.rapid { MotionKind::Rapid } else { MotionKind::Linear };
         let turns_first = next.part.is_some_and(|part| part.is_first);
@@ -199,8 +199,8 @@ mod tests {
         again.await_words("S1200 M3");
         for (line, x_mm) in [(1, 0.0), (2, 10.0)] {
             let pose = ToolPose { tip_mm: Vec3::new(x_mm, 0.0, 5.0), axis: Vec3::z() };
-            let point = Point { line, rapid: true, pose, from_mm: None, feed: None };
-            again.await_next(Expected { point, feed: None, residual_rad: 0.0, part: None });
+            let point = ClPoint { line, rapid: true, pose, from_mm: None, feed: None };
+            again.await_next(ExpectedPoint { point, feed: None, residual_rad: 0.0, part: None });
             again.await_words("G4 P250");
         }
         again.await_words("M30");
@@ -214,12 +214,12 @@ mod tests {
         let kinematics = Kinematics::new(&machine, &Setup::default());
         let words = AxisWords { linear_mm: [10.0, 20.0, 5.0], rotary_deg: [30.0, 40.0] };
         let pose = Station::new(&machine, &kinematics, Interpolation::Tcp, words).pose;
-        let point = Point { line: 1, rapid: true, pose, from_mm: None, feed: None };
+        let point = ClPoint { line: 1, rapid: true, pose, from_mm: None, feed: None };
         let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
         for (index, stated) in ["AC", "XY", "Z"].into_iter().enumerate() {
             let coordinates = ["X", "Y", "Z", "A", "C"].map(|letter| stated.contains(letter));
             let part = Some(Part { words, coordinates, is_first: index == 0, is_last: index == 2 });
-            again.await_next(Expected { point, feed: None, residual_rad: 0.0, part });
+            again.await_next(ExpectedPoint { point, feed: None, residual_rad: 0.0, part });
         }
         again.take(text.as_bytes())?;
         again.finish()

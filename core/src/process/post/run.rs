@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 
 use super::approach::{ALL, Approach};
 use super::parameters::{PostForm, PostParameters};
-use super::points::{Item, Point, Points};
-use super::read_back::{Expected, Part, PostedAgain};
+use super::points::{ClPoint, ClPoints, Item};
+use super::read_back::{ExpectedPoint, Part, PostedAgain};
 use super::write::{Writer, words};
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
@@ -20,9 +20,9 @@ use crate::process::text::{Passage, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
 use crate::units::Angle;
 
-/// Points in one window: one path is chosen through them.
+/// ClPoints in one window: one path is chosen through them.
 const WINDOW: usize = 4096;
-/// Points at the end of a window that are looked at again with the next ones.
+/// ClPoints at the end of a window that are looked at again with the next ones.
 const OVERLAP: usize = 1024;
 /// Written text is handed on when it reaches this size \[bytes\].
 const FLUSH_BYTES: usize = 1 << 18;
@@ -42,7 +42,7 @@ pub struct PostReport {
     pub blocks_in: u64,
     /// Blocks of the posted program.
     pub blocks_out: u64,
-    /// Points of the posted program.
+    /// ClPoints of the posted program.
     pub points: u64,
     /// Arcs that became lines.
     pub arcs: u64,
@@ -64,13 +64,13 @@ pub struct PostReport {
     pub length_number: Option<u32>,
     /// The number is not stated, and the data name no tool by number.
     pub length_number_is_assumed: bool,
-    /// Points at which a rotary axis turns by more than the threshold.
+    /// ClPoints at which a rotary axis turns by more than the threshold.
     pub rewinds: u64,
     /// Line of the first rewind.
     pub first_rewind_line: Option<u64>,
     /// Line of the first rewind at feed: the table turns back while the cutter is in the part.
     pub cutting_rewind_line: Option<u64>,
-    /// Points inside the pole cone, at which the rotary axis next to the workpiece was held.
+    /// ClPoints inside the pole cone, at which the rotary axis next to the workpiece was held.
     pub pole_holds: u64,
     /// Largest distance between a tip read back and the source's tip \[mm\].
     pub largest_tip_error_mm: f64,
@@ -117,12 +117,12 @@ pub fn post(
     let parameters = &PostParameters { program, ..parameters.clone() };
     let set_up = SetUps::new(machine, &parameters.program).now;
     let kinematics = &*set_up.kinematics;
-    let mut run = Run {
+    let mut run = Posting {
         machine,
         kinematics,
         unstated: set_up.missing_for_place().filter(|_| hangs_on_set_up(machine, parameters)),
         parameters,
-        points: Points::default(),
+        points: ClPoints::default(),
         window: Vec::new(),
         start_words_deg: parameters.start_words_deg,
         last: None,
@@ -174,13 +174,13 @@ fn hangs_on_set_up(machine: &Machine, parameters: &PostParameters) -> bool {
     parameters.form == PostForm::Machine || machine.linear_travel_mm().iter().any(Option::is_some)
 }
 
-struct Run<'a> {
+struct Posting<'a> {
     machine: &'a Machine,
     kinematics: &'a Kinematics,
     /// A value on which the words depend and that is not stated.
     unstated: Option<LineFaultKind>,
     parameters: &'a PostParameters,
-    points: Points,
+    points: ClPoints,
     window: Vec<Item>,
     start_words_deg: Option<[f64; 2]>,
     /// The last point written: the position of the machine.
@@ -194,7 +194,7 @@ struct Run<'a> {
     report: PostReport,
 }
 
-impl Run<'_> {
+impl Posting<'_> {
     fn passage(
         &mut self,
         passage: &Passage,
@@ -283,7 +283,7 @@ impl Run<'_> {
                     self.writer.line(&words, &mut self.out);
                     continue;
                 }
-                Item::Point(point) => point,
+                Item::ClPoint(point) => point,
             };
             let Some(joints) = path.get(index) else { break };
             let mut residual_rad = 0.0;
@@ -350,7 +350,7 @@ impl Run<'_> {
         self.faults.add(line, b"", kind);
     }
 
-    fn write(&mut self, point: &Point, rotary_deg: [f64; 2], residual_rad: f64) {
+    fn write(&mut self, point: &ClPoint, rotary_deg: [f64; 2], residual_rad: f64) {
         let words = words(self.machine, self.kinematics, point, rotary_deg, self.parameters);
         let minutes = match (self.parameters.form, point.feed) {
             // The position before the first point is not known, even after FROM/.
@@ -382,7 +382,12 @@ impl Run<'_> {
             let (machine, parameters) = (self.machine, self.parameters);
             let written = self.writer.point(machine, &words, ALL, point, minutes, parameters, &mut self.out);
             let part = None;
-            self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad, part });
+            self.read_back.await_next(ExpectedPoint {
+                point: *point,
+                feed: written.feed,
+                residual_rad,
+                part,
+            });
         }
         self.report.points += 1;
         self.start_words_deg = Some(words.rotary_deg);
@@ -390,7 +395,7 @@ impl Run<'_> {
     }
 
     /// The blocks that lead to the first point.
-    fn approach(&mut self, point: &Point, words: &AxisWords, residual_rad: f64) {
+    fn approach(&mut self, point: &ClPoint, words: &AxisWords, residual_rad: f64) {
         let (machine, parameters) = (self.machine, self.parameters);
         let approach = Approach::of(machine, self.kinematics, parameters.form, &point.pose, words.rotary_deg);
         Writer::announce(approach, machine, &mut self.out);
@@ -398,7 +403,12 @@ impl Run<'_> {
             let written =
                 self.writer.point(machine, words, coordinates, point, None, parameters, &mut self.out);
             let part = Some(Part { words: *words, coordinates, is_first: index == 0, is_last: index == 2 });
-            self.read_back.await_next(Expected { point: *point, feed: written.feed, residual_rad, part });
+            self.read_back.await_next(ExpectedPoint {
+                point: *point,
+                feed: written.feed,
+                residual_rad,
+                part,
+            });
             if index == 0 && parameters.form == PostForm::Tcp {
                 let known = self.length_number.or_else(|| self.points.tool_number());
                 let number = known.unwrap_or(FIRST_LENGTH);
@@ -413,7 +423,7 @@ impl Run<'_> {
     /// if its start is not known: then there is no time, and the block keeps the feed. The path is the longer of
     /// two: from the source's start, and from the last point written, where the machine is. `FROM/` after a point
     /// changes the first and moves nothing.
-    fn minutes(&self, words: &AxisWords, point: &Point, feed: f64) -> Option<f64> {
+    fn minutes(&self, words: &AxisWords, point: &ClPoint, feed: f64) -> Option<f64> {
         let said_mm = (point.pose.tip_mm - point.from_mm?).norm();
         let way_mm =
             self.last.map_or(said_mm, |(_, pose)| said_mm.max((point.pose.tip_mm - pose.tip_mm).norm()));
@@ -427,7 +437,7 @@ impl Run<'_> {
     }
 
     /// Measures the errors half way between two points.
-    fn swing(&mut self, before: &AxisWords, words: &AxisWords, from: &ToolPose, point: &Point) {
+    fn swing(&mut self, before: &AxisWords, words: &AxisWords, from: &ToolPose, point: &ClPoint) {
         let half = |a: f64, b: f64| f64::midpoint(a, b);
         let rotary_deg = [0, 1].map(|k: usize| half(before.rotary_deg[k], words.rotary_deg[k]));
         let axis = self.kinematics.axis(rotary_rad(self.machine, rotary_deg));

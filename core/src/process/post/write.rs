@@ -2,7 +2,7 @@
 
 use super::approach::{Approach, Coordinates};
 use super::parameters::{PostForm, PostParameters};
-use super::points::Point;
+use super::points::ClPoint;
 use crate::contact::rotary_rad;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
@@ -77,7 +77,7 @@ impl Writer {
         machine: &Machine,
         words: &AxisWords,
         coordinates: Coordinates,
-        point: &Point,
+        point: &ClPoint,
         minutes: Option<f64>,
         parameters: &PostParameters,
         out: &mut Vec<u8>,
@@ -146,7 +146,7 @@ impl Writer {
 pub(super) fn words(
     machine: &Machine,
     kinematics: &Kinematics,
-    point: &Point,
+    point: &ClPoint,
     rotary_deg: [f64; 2],
     parameters: &PostParameters,
 ) -> AxisWords {

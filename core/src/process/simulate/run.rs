@@ -85,8 +85,8 @@ pub(in crate::process) fn simulate_lines(
     sampler.tell_peaks(false)?;
     let mut left_out = LeftOuts::default();
     let read = for_each_motion(machine, parameters, source, lines, stop, &mut |piece| match piece {
-        Seen::Piece(motion, piece) => sampler.add(motion, *piece),
-        Seen::LeftOut(reason, line) => {
+        SeenMotion::Piece(motion, piece) => sampler.add(motion, *piece),
+        SeenMotion::LeftOut(reason, line) => {
             left_out.add(reason, line);
             sampler.lift()
         }
@@ -109,7 +109,7 @@ pub(in crate::process) fn simulate_lines(
 
 /// A motion as the simulation takes it.
 #[derive(Clone, Copy)]
-enum Seen<'a> {
+enum SeenMotion<'a> {
     Piece(&'a Motion, &'a Piece),
     /// A motion left out, and its line. Rapids have no reason.
     LeftOut(Option<LeftOutReason>, u64),
@@ -128,7 +128,7 @@ fn for_each_motion(
     source: &dyn ProgramSource,
     lines: Vec<LineCursor<'_>>,
     stop: &dyn Fn() -> ControlFlow<()>,
-    take: &mut dyn FnMut(Seen<'_>) -> Result<(), Fault>,
+    take: &mut dyn FnMut(SeenMotion<'_>) -> Result<(), Fault>,
 ) -> Result<Text, Fault> {
     let mut passages = Passages::open(source, machine, &parameters.program)?.with_lines(lines);
     let (mut set_ups, mut faults) = (SetUps::new(machine, &parameters.program), LineFaults::default());
@@ -138,7 +138,7 @@ fn for_each_motion(
                 Ok(Some(piece)) => {
                     set_ups.enter(motion);
                     if set_ups.now.lacks_foreign_length() && turns(motion) {
-                        take(Seen::LeftOut(Some(LeftOutReason::OtherTool), motion.line))?;
+                        take(SeenMotion::LeftOut(Some(LeftOutReason::OtherTool), motion.line))?;
                         continue;
                     }
                     // With either interpolation mode, the axis positions depend on the set-up while the tool turns.
@@ -147,10 +147,10 @@ fn for_each_motion(
                         let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
                         faults.add(motion.line, text, kind);
                     }
-                    take(Seen::Piece(motion, &piece))?;
+                    take(SeenMotion::Piece(motion, &piece))?;
                 }
                 Ok(None) => {}
-                Err(reason) => take(Seen::LeftOut(reason, motion.line))?,
+                Err(reason) => take(SeenMotion::LeftOut(reason, motion.line))?,
             }
         }
         Ok(())
@@ -178,16 +178,16 @@ struct Outlook {
 const MAX_AVERAGED: u64 = 1_000_000;
 
 impl Outlook {
-    fn see(&mut self, seen: Seen<'_>) {
+    fn see(&mut self, seen: SeenMotion<'_>) {
         match seen {
-            Seen::Piece(_, piece) => {
+            SeenMotion::Piece(_, piece) => {
                 self.duration_s += piece.duration_s;
                 self.fastest = self.fastest.max(piece.length / piece.duration_s);
                 self.motions += 1;
                 self.passes += u64::from(!self.under_way);
                 self.under_way = true;
             }
-            Seen::LeftOut(reason, line) => {
+            SeenMotion::LeftOut(reason, line) => {
                 self.left_out += u64::from(reason.is_some());
                 self.first_left_out = self.first_left_out.or(reason.map(|reason| (reason, line)));
                 self.under_way = false;

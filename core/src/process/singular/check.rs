@@ -5,17 +5,17 @@ use std::sync::Arc;
 
 use super::densify::part;
 use super::figures::{axis_deviation, figures, great_circle, rotary_steps_deg, time_s};
-use super::planner::{Moved, Planner};
-use super::regions::{RegionNumber, Written};
+use super::planner::{Planner, SmoothedMotion};
+use super::regions::{RegionFiguresWritten, RegionNumber};
 use super::report::RegionFigures;
 use crate::contact::{Effort, Station, within_tolerance};
 use crate::geometry::angle_between;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Motion, MotionKind};
-use crate::process::contact_path::{Group, Meaning, Verifier, same_words};
+use crate::process::contact_path::{DividedBlock, Meaning, PathCheck, same_words};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::TIME_ROUNDING;
-use crate::process::pipeline::{Awaited, Check, Outgoing, ReadBack, failed};
+use crate::process::pipeline::{Awaited, Outgoing, ReadBack, StepCheck, failed};
 use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 
@@ -33,20 +33,20 @@ const SAME_STEP_DEG: f64 = 1e-6;
     clippy::large_enum_variant,
     reason = "nearly all are the large one; a box each would cost an allocation a block"
 )]
-pub(super) enum Expected<'a> {
+pub(super) enum ExpectedInRegion<'a> {
     /// A block left as it was, with its figures if it stands in a region.
     Same { motion: Meaning, line: u64, inside: Option<(RegionNumber, RegionFigures)> },
     /// A block with other ends.
-    Moved { moved: Box<Moved>, region: RegionNumber },
+    SmoothedMotion { moved: Box<SmoothedMotion>, region: RegionNumber },
     /// Part of a divided block.
-    Part { group: Arc<Group<'a>>, index: usize, region: RegionNumber },
+    Part { group: Arc<DividedBlock<'a>>, index: usize, region: RegionNumber },
 }
 
-impl Awaited for Expected<'_> {
+impl Awaited for ExpectedInRegion<'_> {
     fn line(&self) -> u64 {
         match self {
             Self::Same { line, .. } => *line,
-            Self::Moved { moved, .. } => moved.pending.motion.line,
+            Self::SmoothedMotion { moved, .. } => moved.pending.motion.line,
             Self::Part { group, .. } => group.source.line,
         }
     }
@@ -54,25 +54,25 @@ impl Awaited for Expected<'_> {
     fn missing(&self) -> &'static str {
         match self {
             Self::Part { .. } => "a part of a divided block is missing",
-            Self::Same { .. } | Self::Moved { .. } => "a motion is missing",
+            Self::Same { .. } | Self::SmoothedMotion { .. } => "a motion is missing",
         }
     }
 }
 
 /// Reads the output back.
-pub(super) struct SingularityVerifier<'a> {
+pub(super) struct RegionCheck<'a> {
     planner: Planner<'a>,
-    read_back: ReadBack<Expected<'a>>,
-    pub(super) written: Written,
+    read_back: ReadBack<ExpectedInRegion<'a>>,
+    pub(super) written: RegionFiguresWritten,
     pub(super) effort: Effort<'a>,
     told: Vec<()>,
 }
 
-impl<'a> Check for SingularityVerifier<'a> {
-    type Meant = Expected<'a>;
+impl<'a> StepCheck for RegionCheck<'a> {
+    type Meant = ExpectedInRegion<'a>;
     type Became = ();
 
-    fn take(&mut self, written: &mut Outgoing<Expected<'a>>, _of: &Stretch) -> Result<(), Fault> {
+    fn take(&mut self, written: &mut Outgoing<ExpectedInRegion<'a>>, _of: &Stretch) -> Result<(), Fault> {
         self.read_back.await_all(&mut written.expected);
         self.read_back.feed(&written.text);
         self.read()
@@ -89,7 +89,7 @@ impl<'a> Check for SingularityVerifier<'a> {
     }
 }
 
-impl<'a> SingularityVerifier<'a> {
+impl<'a> RegionCheck<'a> {
     pub(in crate::process) fn new(
         machine: &Machine,
         planner: Planner<'a>,
@@ -97,7 +97,7 @@ impl<'a> SingularityVerifier<'a> {
         effort: Effort<'a>,
     ) -> Self {
         let read_back = ReadBack::new(machine, dialect, &planner.cutting.parameters.program);
-        Self { planner, read_back, written: Written::default(), told: Vec::new(), effort }
+        Self { planner, read_back, written: RegionFiguresWritten::default(), told: Vec::new(), effort }
     }
 
     /// Blocks of the output so far.
@@ -110,20 +110,22 @@ impl<'a> SingularityVerifier<'a> {
             self.effort.pass(1);
             go_on(&self.effort)?;
             match next {
-                Expected::Same { motion: source, inside, .. } => {
+                ExpectedInRegion::Same { motion: source, inside, .. } => {
                     source.check(&motion)?;
                     if let Some((region, found)) = inside {
                         self.written.take(region, &found);
                     }
                 }
-                Expected::Moved { moved, region } => self.moved(&motion, &moved, region)?,
-                Expected::Part { group, index, region } => self.part(&motion, &group, index, region)?,
+                ExpectedInRegion::SmoothedMotion { moved, region } => self.moved(&motion, &moved, region)?,
+                ExpectedInRegion::Part { group, index, region } => {
+                    self.part(&motion, &group, index, region)?
+                }
             }
         }
         Ok(())
     }
 
-    fn moved(&mut self, read: &Motion, moved: &Moved, region: RegionNumber) -> Result<(), Fault> {
+    fn moved(&mut self, read: &Motion, moved: &SmoothedMotion, region: RegionNumber) -> Result<(), Fault> {
         let pending = &moved.pending;
         let planner = self.planner.on(pending);
         let line = pending.motion.line;
@@ -168,7 +170,7 @@ impl<'a> SingularityVerifier<'a> {
     fn part(
         &mut self,
         read: &Motion,
-        group: &Group<'a>,
+        group: &DividedBlock<'a>,
         index: usize,
         region: RegionNumber,
     ) -> Result<(), Fault> {
@@ -194,7 +196,7 @@ impl<'a> SingularityVerifier<'a> {
         if !same_words(Some(start), before) || !same_words(Some(end), Some(node.station.words)) {
             return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
         }
-        Verifier::carried_along(read, group, index)?;
+        PathCheck::carried_along(read, group, index)?;
         let ends = [start, end].map(|words| Station::new(block.machine, &block.kinematics, mode, words));
         let segment = part(nodes, index, ends).ok_or(failed(line, "a part too many"))?;
         let limits = self.planner.limits();
@@ -213,7 +215,7 @@ impl<'a> SingularityVerifier<'a> {
         if rotary_steps_deg(&segment).into_iter().any(|step| step > max_step_deg) {
             return Err(failed(line, "a rotary axis turns too far in a part of a divided block"));
         }
-        Verifier::time(read, group, &segment)?;
+        PathCheck::time(read, group, &segment)?;
         let found = figures(block, &segment, time_s(block, &group.source), &limits, &mut self.effort);
         self.written.take(region, &found);
         Ok(())

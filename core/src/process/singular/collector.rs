@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::contact::Cutting;
-use super::pending::{Pending, Stated};
+use super::pending::{Pending, StatedContact};
 use super::words::{POINT, rotary_addresses};
 use crate::contact::{Station, rotary_rad};
 use crate::kinematics::SingularZone;
@@ -167,17 +167,18 @@ impl<'a> Collector<'a> {
     }
 
     /// How the block of this motion states axes and contact.
-    fn stated_in(&self, batch: &Batch, motion: &Motion) -> ([Stated; 5], [bool; 3]) {
+    fn stated_in(&self, batch: &Batch, motion: &Motion) -> ([StatedContact; 5], [bool; 3]) {
         let rotary = rotary_addresses(self.cutting.machine);
         let addresses = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
-        let (mut axes, mut contact) = ([Stated::Absent; 5], [false; 3]);
+        let (mut axes, mut contact) = ([StatedContact::Absent; 5], [false; 3]);
         let block = batch.blocks().get(motion.block as usize);
         for word in block.map_or(&[][..], |block| batch.words(block)) {
             if let Some(k) = addresses.iter().position(|address| *address == word.address) {
-                let modal = if motion.incremental { Stated::Incremental } else { Stated::Absolute };
+                let modal =
+                    if motion.incremental { StatedContact::Incremental } else { StatedContact::Absolute };
                 axes[k] = match word.form {
-                    WordForm::Absolute => Stated::Absolute,
-                    WordForm::Incremental => Stated::Incremental,
+                    WordForm::Absolute => StatedContact::Absolute,
+                    WordForm::Incremental => StatedContact::Incremental,
                     WordForm::Number | WordForm::Evaluated => modal,
                     WordForm::Comma | WordForm::Expression | WordForm::Name | WordForm::Keyword => axes[k],
                 };

@@ -6,7 +6,7 @@
 
 use super::figures::{axis_deviation, great_circle, rotary_steps_deg};
 use super::pending::Pending;
-use super::planner::{Divided, Planner};
+use super::planner::{DensifiedMotion, Planner};
 use super::report::LeftReason;
 use super::taut_string::taut_string;
 use crate::contact::{
@@ -48,7 +48,7 @@ impl<'a> Planner<'a> {
         &self,
         pending: &Pending,
         effort: &mut Effort<'_>,
-    ) -> Result<Option<Divided<'a>>, LeftReason> {
+    ) -> Result<Option<DensifiedMotion<'a>>, LeftReason> {
         let block = self.block(pending, effort);
         let limits = self.limits();
         let (arc, whole) = (great_circle(&block), block.whole());
@@ -97,7 +97,7 @@ impl<'a> Planner<'a> {
             }
         }
         let division = Division { nodes, resolution, carries_feed };
-        Ok(Some(Divided { source: *motion, checked, division }))
+        Ok(Some(DensifiedMotion { source: *motion, checked, division }))
     }
 }
 

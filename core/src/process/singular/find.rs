@@ -7,7 +7,7 @@ use super::contact::Cutting;
 use super::measured::{as_uploaded, measured};
 use super::parameters::{SingularityAction, SingularityParameters};
 use super::planner::Planner;
-use super::regions::{Regions, Written};
+use super::regions::{RegionFiguresWritten, Regions};
 use super::report::SingularityReport;
 use crate::contact::Effort;
 use crate::geometry::trig;
@@ -99,7 +99,7 @@ struct RegionFinder<'a> {
     collector: Collector<'a>,
     regions: Regions,
     /// What is written is what was read.
-    written: Written,
+    written: RegionFiguresWritten,
     effort: Effort<'a>,
     /// Number of the next motion.
     next: u64,
@@ -125,7 +125,7 @@ impl<'a> RegionFinder<'a> {
             collector: Collector::new(cutting.clone(), singular_zone, dialect),
             planner: Planner { cutting, survey, singularity: *zone },
             regions: Regions::default(),
-            written: Written::default(),
+            written: RegionFiguresWritten::default(),
             effort: cc.budget.effort(stop),
             next: 0,
             fault: None,

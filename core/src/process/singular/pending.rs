@@ -9,7 +9,7 @@ use crate::motion::{ContactWords, Interpolation, Motion};
 
 /// How a coordinate stands in a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Stated {
+pub(super) enum StatedContact {
     Absent,
     /// By a number that says where to.
     Absolute,
@@ -34,7 +34,7 @@ pub(super) struct Pending {
     /// The last ones stated before, which still stand.
     pub(super) standing: ContactWords,
     /// X Y Z, the rotaries in the order of the profile.
-    pub(super) axes: [Stated; 5],
+    pub(super) axes: [StatedContact; 5],
     /// U V W.
     pub(super) contact: [bool; 3],
     /// Least and largest φ on the way \[rad\].

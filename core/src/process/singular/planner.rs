@@ -23,14 +23,14 @@ pub(super) enum Change<'a> {
     #[default]
     Keep,
     /// It gets other ends.
-    Move(Box<Moved>),
+    Move(Box<SmoothedMotion>),
     /// It is divided.
-    Divide(Box<Divided<'a>>),
+    Divide(Box<DensifiedMotion<'a>>),
 }
 
 /// A motion between other ends.
 #[derive(Debug, Clone)]
-pub(super) struct Moved {
+pub(super) struct SmoothedMotion {
     pub(super) pending: Pending,
     /// As written.
     pub(super) ends: [AxisWords; 2],
@@ -47,7 +47,7 @@ pub(super) struct Moved {
 
 /// A divided motion.
 #[derive(Debug)]
-pub(super) struct Divided<'a> {
+pub(super) struct DensifiedMotion<'a> {
     pub(super) source: Motion,
     pub(super) checked: Checked<'a>,
     pub(super) division: Division,

@@ -26,7 +26,7 @@ pub(super) struct Regions {
 
 /// What stands of the regions in the written program: of the first ones by themselves, of all of them in sums.
 #[derive(Debug, Default)]
-pub(super) struct Written {
+pub(super) struct RegionFiguresWritten {
     kept: Vec<WrittenRegion>,
     after: RegionFigures,
     axis_spent_rad: f64,
@@ -78,11 +78,11 @@ impl Regions {
 
     pub(super) fn report(
         self,
-        written: Written,
+        written: RegionFiguresWritten,
         dialect: Dialect,
         action: SingularityAction,
     ) -> SingularityReport {
-        let Written { kept: written, after, axis_spent_rad } = written;
+        let RegionFiguresWritten { kept: written, after, axis_spent_rad } = written;
         let regions = self.kept.into_iter().zip(written.into_iter().map(Some).chain(std::iter::repeat(None)));
         let left = self.left.into_iter();
         let left = left.map(|(reason, (count, first_line))| RegionsLeft { reason, count, first_line });
@@ -122,7 +122,7 @@ fn joined(region: SingularRegion, written: &WrittenRegion) -> SingularRegion {
     SingularRegion { after: written.after.filter(|_| is_changed), treatment, ..region }
 }
 
-impl Written {
+impl RegionFiguresWritten {
     /// Figures of one motion, or part of one, as it stands in the written program.
     pub(super) fn take(&mut self, number: RegionNumber, figures: &RegionFigures) {
         self.after.take(figures);

@@ -3,7 +3,7 @@
 use super::parameters::SingularityAction;
 use crate::kinematics::SingularityKind;
 use crate::process::fault::Warning;
-use crate::program::{Dialect, Step, Steps};
+use crate::program::{Dialect, StepName, Steps};
 use crate::units::{Angle, Length};
 
 /// Why a region, or a motion of it, is left as it is.
@@ -90,7 +90,7 @@ impl SingularityReport {
     #[must_use]
     pub fn steps(&self) -> Steps {
         let is_changed = self.blocks_changed > 0 || self.blocks_inserted > 0;
-        if is_changed { Steps::of(&[Step::Singularity]) } else { Steps::NONE }
+        if is_changed { Steps::of(&[StepName::Singularity]) } else { Steps::NONE }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::figures::time_s;
 use super::pending::Pending;
-use super::planner::{Moved, Planner};
+use super::planner::{Planner, SmoothedMotion};
 use super::report::LeftReason;
 use super::taut_string::taut_string;
 use super::words::{Pen, Wanted};
@@ -49,7 +49,7 @@ impl Planner<'_> {
         &self,
         region: &[Pending],
         effort: &mut Effort<'_>,
-    ) -> Result<Vec<Option<Moved>>, LeftReason> {
+    ) -> Result<Vec<Option<SmoothedMotion>>, LeftReason> {
         if region.len() < 2 {
             return Err(LeftReason::NothingToGain);
         }
@@ -152,7 +152,7 @@ impl Planner<'_> {
         region: &[Pending],
         way: &Way,
         effort: &mut Effort<'_>,
-    ) -> Result<Vec<Option<Moved>>, LeftReason> {
+    ) -> Result<Vec<Option<SmoothedMotion>>, LeftReason> {
         let kinematics = &self.cutting.kinematics;
         let [u, v] = kinematics.workpiece_to_tool();
         let Some(first) = region.first() else { return Ok(Vec::new()) };
@@ -207,7 +207,7 @@ impl Planner<'_> {
                 let ends = [from, end];
                 let feed = self.feed(pending, ends)?;
                 let half_mm = 0.5 * 0.1_f64.powi(i32::from(linear)) * unit;
-                Some(Moved { pending: pending.clone(), ends, contact, words, feed, touch, half_mm })
+                Some(SmoothedMotion { pending: pending.clone(), ends, contact, words, feed, touch, half_mm })
             };
             found.push(moved);
             from = if is_same { source.words } else { end };

@@ -4,29 +4,28 @@ use std::collections::VecDeque;
 use std::io::Write;
 use std::sync::Arc;
 
-use super::check::{Expected, SingularityVerifier};
+use super::check::{ExpectedInRegion, RegionCheck};
 use super::collector::{Collector, Seen};
 use super::contact::Cutting;
 use super::measured::{Measured, as_uploaded, measured};
 use super::parameters::{SingularityAction, SingularityParameters};
 use super::pending::Pending;
-use super::planner::{Change, Divided, Moved, Planner};
+use super::planner::{Change, DensifiedMotion, Planner, SmoothedMotion};
 use super::regions::{RegionNumber, Regions};
 use super::report::{LeftReason, RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
 use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::machine::Machine;
 use crate::motion::Motion;
-use crate::process::contact_path::{CcParameters, Group, Meaning, write_division};
+use crate::process::contact_path::{CcParameters, DividedBlock, Meaning, write_division};
 use crate::process::fault::{Fault, Warnings, go_on};
 use crate::process::pipeline::{
-    BlockChange, ChainStep, Course, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, Surveyed,
+    BlockChange, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, StepRun, StepWork, Surveyed,
     Upstream, failed,
 };
 use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Passage, Place, ProgramSource, Stretch, Survey};
-use crate::program;
-use crate::program::{Dialect, Steps};
+use crate::program::{Dialect, StepName, Steps};
 use crate::units::Angle;
 use crate::wear::OneAfterAnother;
 
@@ -80,7 +79,7 @@ impl<'p> SingularStep<'p> {
     }
 }
 
-impl ChainStep for SingularStep<'_> {
+impl Step for SingularStep<'_> {
     fn run(
         &mut self,
         upstream: Upstream<'_>,
@@ -93,7 +92,7 @@ impl ChainStep for SingularStep<'_> {
         let source = upstream.source;
         let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
         if singularity.action != SingularityAction::Report {
-            survey.refuse_repeated(Steps::of(&[program::Step::Singularity]), cc.program.allow_repeated)?;
+            survey.refuse_repeated(Steps::of(&[StepName::Singularity]), cc.program.allow_repeated)?;
         }
         let contact = survey.contact(cc.contact, cc.part.is_some())?;
         // Contacts that a rule would assume count for nothing here.
@@ -101,13 +100,13 @@ impl ChainStep for SingularStep<'_> {
         let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
         let cutting = Cutting::of(machine, cc, contact);
         let planner = Planner { cutting, survey, singularity: *singularity };
-        let mut course = Course::begin(upstream, machine, &cc.program, false, stop)?;
+        let mut course = StepRun::begin(upstream, machine, &cc.program, false, stop)?;
         let dialect = course.dialect();
         if let Some(look) = &mut look {
             look.begin(&Surveyed { source, survey, program: None }, dialect)?;
         }
-        let mut run = Run::new(planner.clone(), dialect, stop);
-        let mut verifier = SingularityVerifier::new(machine, planner, dialect, cc.budget.effort(stop));
+        let mut run = RegionWork::new(planner.clone(), dialect, stop);
+        let mut verifier = RegionCheck::new(machine, planner, dialect, cc.budget.effort(stop));
         let mut inventory = Inventory::default();
         let mut hands = Hands {
             prepare: &mut inventory,
@@ -147,7 +146,7 @@ struct Fate<'a> {
 }
 
 /// The work in progress.
-struct Run<'a> {
+struct RegionWork<'a> {
     planner: Planner<'a>,
     collector: Collector<'a>,
     rewriter: Rewriter,
@@ -166,21 +165,21 @@ struct Run<'a> {
     stop: &'a Stop<'a>,
 }
 
-impl<'a> Step for Run<'a> {
-    type Meant = Expected<'a>;
-    type Check = SingularityVerifier<'a>;
+impl<'a> StepWork for RegionWork<'a> {
+    type Meant = ExpectedInRegion<'a>;
+    type Checker = RegionCheck<'a>;
 
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Expected<'a>>) -> Result<bool, Fault> {
+    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<bool, Fault> {
         stretch.passages.iter().try_for_each(|passage| self.passage(passage, out))?;
         Ok(true)
     }
 
-    fn end(&mut self, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+    fn end(&mut self, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<(), Fault> {
         self.close()?;
         self.write_held(out)
     }
 
-    fn hear(&mut self, check: &SingularityVerifier<'a>, read: &Inventory) -> Result<(), Fault> {
+    fn hear(&mut self, check: &RegionCheck<'a>, read: &Inventory) -> Result<(), Fault> {
         self.spent_elsewhere = [check.effort.evaluations(), read.blocks];
         self.check_budget()
     }
@@ -194,7 +193,7 @@ impl<'a> Step for Run<'a> {
     }
 }
 
-impl<'a> Run<'a> {
+impl<'a> RegionWork<'a> {
     fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
         let cutting = planner.cutting.clone();
         let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
@@ -216,7 +215,7 @@ impl<'a> Run<'a> {
     }
 
     /// Looks at one batch; writes it unless a region goes on behind it.
-    fn passage(&mut self, passage: &Passage, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+    fn passage(&mut self, passage: &Passage, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<(), Fault> {
         for motion in &passage.motions {
             self.fates.push_back(Fate::default());
             let index = self.next;
@@ -259,7 +258,7 @@ impl<'a> Run<'a> {
             SingularityAction::Report => RegionTreatment::Reported,
             SingularityAction::Densify => self.densify(&planner, &region, &mut changes)?,
             // The tolerance of the tool axis was spent the first time.
-            SingularityAction::Smooth if planner.survey.borne.steps.has(program::Step::Singularity) => {
+            SingularityAction::Smooth if planner.survey.borne.steps.has(StepName::Singularity) => {
                 RegionTreatment::Left(LeftReason::SmoothedBefore)
             }
             SingularityAction::Smooth => self.smooth(&planner, &region, &mut changes)?,
@@ -332,7 +331,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn write_held(&mut self, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+    fn write_held(&mut self, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<(), Fault> {
         while let Some(passage) = self.held.pop_front() {
             self.write(&passage, out)?;
         }
@@ -340,7 +339,7 @@ impl<'a> Run<'a> {
     }
 
     /// Writes a batch whose motions' fates are known.
-    fn write(&mut self, passage: &Passage, out: &mut Outgoing<Expected<'a>>) -> Result<(), Fault> {
+    fn write(&mut self, passage: &Passage, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<(), Fault> {
         let placed = (HELD, passage);
         self.rewriter.begin(passage, out)?;
         for motion in &passage.motions {
@@ -353,7 +352,7 @@ impl<'a> Run<'a> {
                 }
                 (_, inside) => {
                     let motion_kept = Meaning::of(motion);
-                    let expected = Expected::Same { motion: motion_kept, line: motion.line, inside };
+                    let expected = ExpectedInRegion::Same { motion: motion_kept, line: motion.line, inside };
                     out.expected.push_back(expected);
                     self.rewriter.leave(placed, motion, out)?;
                 }
@@ -368,11 +367,11 @@ impl<'a> Run<'a> {
         &mut self,
         passage: Placed<'_>,
         motion: &Motion,
-        divided: Divided<'a>,
+        divided: DensifiedMotion<'a>,
         region: RegionNumber,
-        out: &mut Outgoing<Expected<'a>>,
+        out: &mut Outgoing<ExpectedInRegion<'a>>,
     ) -> Result<(), Fault> {
-        let Divided { source, checked, division } = divided;
+        let DensifiedMotion { source, checked, division } = divided;
         let effort = &mut self.effort;
         self.rewriter.anew(passage, motion, out, |emitter, text| {
             write_division(emitter, &passage.1.batch, &checked, motion, &division, effort, text)
@@ -381,8 +380,8 @@ impl<'a> Run<'a> {
         let parts = division.nodes.len();
         self.blocks_changed += 1;
         self.rewriter.count_inserted(parts as u64 - 1);
-        let group = Arc::new(Group { source, checked, division, correction_mm: 0.0 });
-        let part = |index| Expected::Part { group: Arc::clone(&group), index, region };
+        let group = Arc::new(DividedBlock { source, checked, division, correction_mm: 0.0 });
+        let part = |index| ExpectedInRegion::Part { group: Arc::clone(&group), index, region };
         out.expected.extend((0..parts).map(part));
         Ok(())
     }
@@ -391,9 +390,9 @@ impl<'a> Run<'a> {
     fn write_moved(
         &mut self,
         passage: Placed<'_>,
-        moved: Moved,
+        moved: SmoothedMotion,
         region: RegionNumber,
-        out: &mut Outgoing<Expected<'a>>,
+        out: &mut Outgoing<ExpectedInRegion<'a>>,
     ) -> Result<(), Fault> {
         let motion = moved.pending.motion;
         let mut words = moved.words.clone();
@@ -411,7 +410,7 @@ impl<'a> Run<'a> {
             self.rewriter.change(passage, &motion, &words, out)?;
             self.blocks_changed += 1;
         }
-        out.expected.push_back(Expected::Moved { moved: Box::new(moved), region });
+        out.expected.push_back(ExpectedInRegion::SmoothedMotion { moved: Box::new(moved), region });
         Ok(())
     }
 
@@ -431,7 +430,7 @@ impl<'a> Run<'a> {
     /// What was done, and the lines that came in.
     fn report(
         self,
-        verifier: SingularityVerifier<'a>,
+        verifier: RegionCheck<'a>,
         dialect: Dialect,
         blocks_in: u64,
     ) -> (SingularityReport, LineMap) {

@@ -1,6 +1,6 @@
 //! The words of a block whose ends were moved: what is the same within half a unit of its last decimal keeps its text.
 
-use super::pending::{Pending, Stated};
+use super::pending::{Pending, StatedContact};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, ContactWords};
 use crate::process::pipeline::{exact_decimals, in_units};
@@ -69,9 +69,9 @@ impl Pen {
         let unit = block.motion.mm_per_unit;
         let [start, end] = block.ends.map(|station| in_units(&station.words, unit)[k]);
         let standing = match block.axes[k] {
-            Stated::Absent => self.at[k],
-            Stated::Absolute => end,
-            Stated::Incremental => self.at[k] + (end - start),
+            StatedContact::Absent => self.at[k],
+            StatedContact::Absolute => end,
+            StatedContact::Incremental => self.at[k] + (end - start),
         };
         let from = if block.motion.incremental { self.at[k] } else { 0.0 };
         let (room, decimals) = match wanted {

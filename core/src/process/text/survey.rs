@@ -3,7 +3,7 @@
 use super::numbering::Numbering;
 use crate::process::fault::Fault;
 use crate::process::set_up::{ContactSource, ToolCalls};
-use crate::program::{Address, Batch, Borne, Grammar, Step, Steps, Word, WordForm};
+use crate::program::{Address, Batch, Borne, Grammar, StepName, Steps, Word, WordForm};
 use crate::units::MM_PER_INCH;
 
 /// The result of one pass over the text.
@@ -59,7 +59,7 @@ impl Survey {
             return Err(Fault::StampUnreadable { text });
         }
         let is_refused =
-            |step: &Step| self.borne.steps.has(*step) && !(allow_repeated && step.may_be_repeated());
+            |step: &StepName| self.borne.steps.has(*step) && !(allow_repeated && step.may_be_repeated());
         asked.iter().find(is_refused).map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 

@@ -12,7 +12,7 @@ use crate::program::Batch;
 
 /// A motion whose every pose is known.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct CutPath {
     shape: Shape,
     mode: Interpolation,
     pub(super) kind: MotionKind,
@@ -33,7 +33,7 @@ const MAX_PIECES_BY_LENGTH: f64 = 4096.0;
 /// Most stretching of the linear axes by squareness errors, each within 0.05 rad.
 const STRETCH: f64 = 1.2;
 
-impl Course {
+impl CutPath {
     /// The course of a motion; `None` if it has no length.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::cut::Course;
+use super::cut::CutPath;
 use super::parameters::VerificationParameters;
 use super::report::{Convergence, Effort, MotionCounts, ResidualSummary, Verification};
 use crate::contact::CutterBody;
@@ -136,7 +136,7 @@ impl Workshop<'_> {
                     mill.left_out.add(Some(LeftOutReason::OtherTool), motion.line);
                     continue;
                 }
-                match Course::of(parameters, mill.modes, &passage.batch, motion) {
+                match CutPath::of(parameters, mill.modes, &passage.batch, motion) {
                     Ok(Some(course)) => {
                         let missing = mill.set_ups.now.missing_for_place();
                         if let Some(kind) = missing.filter(|_| course.hangs_on_set_up()) {
@@ -251,7 +251,7 @@ impl Mill<'_> {
     }
 
     /// Cuts along one motion.
-    fn run(&mut self, course: &Course) -> Result<(), Fault> {
+    fn run(&mut self, course: &CutPath) -> Result<(), Fault> {
         let machine = self.workshop.machine;
         let kinematics = &*Arc::clone(&self.set_ups.now.kinematics);
         let by_rapid = course.kind == MotionKind::Rapid;

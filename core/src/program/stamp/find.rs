@@ -117,14 +117,14 @@ impl StampFinder {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Stamp, Step};
+    use super::super::{Stamp, StepName};
     use super::*;
 
     fn stamp() -> Stamp {
         Stamp {
             version: "0.2.0".to_owned(),
             operation: "compensation".to_owned(),
-            steps: Steps::of(&[Step::Cc, Step::Wear]),
+            steps: Steps::of(&[StepName::Cc, StepName::Wear]),
             machine: "dmu-80".to_owned(),
             revision: 3,
             tool: Some("BALL (10)".to_owned()),
@@ -137,13 +137,13 @@ mod tests {
     fn a_stamp_says_what_the_contract_says() {
         let expected = "Trunnion 0.2.0 compensation steps wear,cc machine dmu-80 revision 3 tool BALL__10_ source 0a1b2c3d4e5f6789 parameters 9f8e7d6c5b4a3928";
         assert_eq!(stamp().to_string(), expected);
-        let without = Stamp { tool: None, steps: Steps::of(&[Step::LocationErrors]), ..stamp() };
+        let without = Stamp { tool: None, steps: Steps::of(&[StepName::LocationErrors]), ..stamp() };
         assert!(without.to_string().contains(" steps location_errors machine dmu-80 revision 3 source 0a1b"));
     }
 
     #[test]
     fn stamps_are_found_in_any_comment_and_letters_of_any_size_and_nothing_else_is_one() {
-        let both = Steps::of(&[Step::Wear, Step::Cc]);
+        let both = Steps::of(&[StepName::Wear, StepName::Cc]);
         for text in [
             format!("%\nO1\n({})\nG0 X0\n", stamp()),
             format!("; {}\r\n", stamp().to_string().to_uppercase()),

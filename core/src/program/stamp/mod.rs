@@ -6,7 +6,7 @@ mod steps;
 
 pub use find::{Borne, StampFinder, borne_by};
 pub use place::{StampPlace, place_stamp};
-pub use steps::{Step, Steps};
+pub use steps::{StepName, Steps};
 
 use std::fmt;
 

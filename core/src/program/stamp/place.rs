@@ -174,14 +174,14 @@ fn is_sound(head: &[u8], dialect: Dialect, place: &StampPlace, before: &[HeadLin
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Step, Steps};
+    use super::super::{StepName, Steps};
     use super::*;
 
     fn stamp() -> Stamp {
         Stamp {
             version: "0.2.0".to_owned(),
             operation: "cc-compensation".to_owned(),
-            steps: Steps::of(&[Step::Cc]),
+            steps: Steps::of(&[StepName::Cc]),
             machine: "dmu-80".to_owned(),
             revision: 3,
             tool: None,

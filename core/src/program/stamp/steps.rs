@@ -4,7 +4,7 @@ use std::fmt;
 
 /// A step that changes programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Step {
+pub enum StepName {
     /// Ends of motions are moved for a worn cutter.
     Wear,
     /// They are moved for the machine as it is.
@@ -15,7 +15,7 @@ pub enum Step {
     Singularity,
 }
 
-impl Step {
+impl StepName {
     /// All of them, in the order in which stamps name them.
     pub const ALL: [Self; 4] = [Self::Wear, Self::LocationErrors, Self::Cc, Self::Singularity];
 
@@ -37,7 +37,7 @@ impl Step {
     }
 }
 
-impl fmt::Display for Step {
+impl fmt::Display for StepName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
@@ -53,13 +53,13 @@ impl Steps {
 
     /// These steps.
     #[must_use]
-    pub fn of(steps: &[Step]) -> Self {
+    pub fn of(steps: &[StepName]) -> Self {
         steps.iter().fold(Self::NONE, |all, &step| all.with(step))
     }
 
     /// These and one more.
     #[must_use]
-    pub const fn with(self, step: Step) -> Self {
+    pub const fn with(self, step: StepName) -> Self {
         Self(self.0 | (1 << step as u8))
     }
 
@@ -71,7 +71,7 @@ impl Steps {
 
     /// Whether the step is one of them.
     #[must_use]
-    pub const fn has(self, step: Step) -> bool {
+    pub const fn has(self, step: StepName) -> bool {
         self.0 & (1 << step as u8) != 0
     }
 
@@ -82,13 +82,13 @@ impl Steps {
     }
 
     /// One after the other.
-    pub fn iter(self) -> impl Iterator<Item = Step> {
-        Step::ALL.into_iter().filter(move |step| self.has(*step))
+    pub fn iter(self) -> impl Iterator<Item = StepName> {
+        StepName::ALL.into_iter().filter(move |step| self.has(*step))
     }
 
     /// The first of these that is one of those too.
     #[must_use]
-    pub fn shared_with(self, others: Self) -> Option<Step> {
+    pub fn shared_with(self, others: Self) -> Option<StepName> {
         self.iter().find(|step| others.has(*step))
     }
 
@@ -96,7 +96,7 @@ impl Steps {
     #[must_use]
     pub fn from_names(text: &str) -> Option<Self> {
         text.split(',').map(str::trim_ascii).try_fold(Self::NONE, |steps, name| {
-            let step = Step::ALL.into_iter().find(|step| step.name().eq_ignore_ascii_case(name))?;
+            let step = StepName::ALL.into_iter().find(|step| step.name().eq_ignore_ascii_case(name))?;
             Some(steps.with(step))
         })
     }
