@@ -52,7 +52,7 @@ impl Resolution {
     /// The angles to which the control turns when a point of this block is written with these \[deg\]. Also the
     /// tool axis as written, if it is written as a vector and turns.
     #[must_use]
-    #[expect(clippy::float_cmp, reason = "words that stand are the same to the bit")]
+    #[expect(clippy::float_cmp, reason = "words that did not move are equal to the bit")]
     pub fn turned(&self, block: &SourceBlock<'_>, angles_deg: [f64; 2]) -> ([f64; 2], Option<[f64; 3]>) {
         let Some(decimals) = self.axis_decimals else { return (self.rotary_deg(angles_deg), None) };
         let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);

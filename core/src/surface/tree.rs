@@ -18,7 +18,7 @@ pub(crate) struct Bounds {
 impl Bounds {
     const NOTHING: Self = Self { least_mm: [f32::INFINITY; 3], largest_mm: [f32::NEG_INFINITY; 3] };
 
-    #[expect(clippy::cast_possible_truncation, reason = "rounded outward behind it")]
+    #[expect(clippy::cast_possible_truncation, reason = "rounded outward afterwards")]
     fn add(&mut self, point_mm: Vec3) {
         for ((least, largest), x) in self.least_mm.iter_mut().zip(&mut self.largest_mm).zip(point_mm.iter()) {
             let near = *x as f32;
