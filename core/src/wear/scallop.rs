@@ -97,7 +97,7 @@ pub fn largest_stepover(
 /// reached its limit. `None` if no tool up to 1e9 mm does: `height` is 0, or a convex surface bulges higher over
 /// the chord.
 ///
-/// Never below the radius at which neighbouring passes just meet; 0 where D = 0.
+/// Never below the radius at which neighbouring passes just meet; 0 if D = 0.
 ///
 /// # Errors
 /// A length not in [1e-9, 1e9] mm (height and D may be 0), D > 2 Rs.

@@ -53,7 +53,7 @@ pub enum ShiftFault {
         /// Largest magnitude accepted.
         max: f64,
     },
-    /// A stated contact point without a normal: so deep inside the cutter, or on its axis.
+    /// A stated contact point without a normal, because it is deep inside the cutter or on its axis.
     #[error(
         "the contact point is {off_tool_mm:.3} mm off the cutter's surface and has no normal there; state a point on the cutter, or the normal"
     )]
