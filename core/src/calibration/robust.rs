@@ -19,8 +19,8 @@ const JUDGING_PASSES: usize = 10;
 /// Standard deviation of a normal distribution over the median of the magnitudes.
 const SIGMA_PER_MEDIAN: f64 = 1.482_602_218_505_602;
 
-/// Ratio of the median to the mean square of the residuals below which they are checked again: 1 for normal noise,
-/// above 1 for the waves that a machine adds.
+/// Ratio of the median, as a standard deviation, to the root mean square of the residuals, below which they are
+/// checked again. It is 1 for normal noise, and above 1 for the waves that a machine adds.
 const TOO_PEAKED: f64 = 0.85;
 /// Ratio of the third moment to the second (to 3/2) of a test's residuals above which they are checked again. It is
 /// 0 for normal noise (± 0.13 for 360 readings, ± 0.35 for 48), and 1.5 if one reading in five is far off to one
