@@ -1,7 +1,7 @@
 //! The core of Trunnion: a pure, synchronous, unit-safe model of a five-axis machine tool and of the programs it runs.
 //!
-//! No HTTP, no SQL, no clock, no files, no threads of its own: the crate depends on nothing that could bring them, and
-//! `tests/architecture/` holds it to that. Modules in reading order; `docs/architecture.md` is the map.
+//! No HTTP, no SQL, no clock, no files, no threads of its own: the crate has no dependency that could bring them,
+//! and `tests/architecture/` checks it. Modules are in reading order; `docs/architecture.md` is the map.
 
 #![forbid(unsafe_code)]
 

@@ -15,7 +15,7 @@ pub const MM_PER_INCH: f64 = 25.4;
 /// Seconds in a minute.
 pub const S_PER_MIN: f64 = 60.0;
 
-/// A unit of length that programs count in.
+/// A unit of length used in programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LengthUnit {
     /// Millimetres.
@@ -51,9 +51,9 @@ macro_rules! quantity {
         pub struct $name(f64);
 
         impl $name {
-            /// Nothing of this quantity.
+            /// Zero.
             pub const ZERO: Self = Self(0.0);
-            /// The magnitude, sign dropped.
+            /// The magnitude, without sign.
             #[must_use]
             pub fn abs(self) -> Self {
                 Self(self.0.abs())

@@ -244,7 +244,7 @@ async fn a_surface_that_is_none_is_refused_and_nothing_is_kept() {
         (b"solid nothing\nendsolid nothing\n".to_vec(), "no facet"),
         (stl(TOP).replace("vertex 20 5 0", "vertex 20 5").into_bytes(), "line"),
         (stl(TOP).replace("vertex 20 5 0", "vertex 20 5 nan").into_bytes(), "finite"),
-        (turned.into_bytes(), "contrary sense"),
+        (turned.into_bytes(), "opposite orientation"),
         (stl(TOP).as_bytes()[..200].to_vec(), "endsolid"),
         ([vec![0; 80], 1_u32.to_le_bytes().to_vec(), vec![0; 49]].concat(), "the file ends after 0"),
     ] {

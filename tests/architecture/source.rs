@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use crate::CORE;
 
@@ -21,7 +22,12 @@ pub(crate) struct Source {
 }
 
 /// Every file of both packages that is not a test.
-pub(crate) fn sources() -> Vec<Source> {
+pub(crate) fn sources() -> &'static [Source] {
+    static SOURCES: LazyLock<Vec<Source>> = LazyLock::new(read_sources);
+    &SOURCES
+}
+
+fn read_sources() -> Vec<Source> {
     let mut all = Vec::new();
     for package in ["core/src", "src"] {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(package);

@@ -28,8 +28,7 @@ impl Tree {
 
     /// The tree of both packages: their modules have different names, and `crate` means the package of its file.
     pub(crate) fn of_sources() -> Self {
-        let sources = sources();
-        let modules = sources.iter().filter(|source| source.module != "lib");
+        let modules = sources().iter().filter(|source| source.module != "lib");
         Self::new(modules.map(|source| (source.place.as_str(), source.code.join("\n"))))
     }
 

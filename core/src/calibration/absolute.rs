@@ -7,7 +7,7 @@ use super::{ErrorParameter, Unknown};
 use crate::geometry::{Vec3, across};
 use crate::machine::{LocationError, Machine, RotaryLetter};
 
-/// One location error of one axis against the machine's frame: of a shift or turn, the part across the axis.
+/// One location error of one axis against the machine's frame: the part of a shift or turn across the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AbsoluteError {
     /// The axis, in the profile's order.
@@ -16,9 +16,9 @@ pub struct AbsoluteError {
     pub component: usize,
     /// \[mm or rad\]
     pub value: f64,
-    /// Variance \[mm² or rad²\], `None` where readings give none.
+    /// Variance \[mm² or rad²\]; `None` if the readings give none.
     pub variance: Option<f64>,
-    /// Whether the readings determine it; if not, the value holds for what was assumed.
+    /// Whether the readings determine it. If not, the value holds under the assumptions made.
     pub identifiable: bool,
 }
 
@@ -32,15 +32,15 @@ pub fn iso_230_symbol(letter: RotaryLetter, component: usize) -> String {
     format!("E_{motion}0{}", letter.as_char())
 }
 
-/// The absolute errors of both axes of a machine, from the location errors of its profile; no variances.
+/// The absolute errors of both axes of a machine, from the location errors of its profile, without variances.
 #[must_use]
 pub fn absolute_errors(machine: &Machine) -> Vec<AbsoluteError> {
     let errors = machine.rotary_axes().each_ref().map(|axis| axis.location_error);
     absolute_estimates(machine, &errors, &[], None, &[], &[])
 }
 
-/// What each cascaded component adds to an absolute one, first order in the errors (shared notation §1, end): an
-/// inner axis of the same chain carries the outer one's reference point along.
+/// The share of each cascaded component in an absolute one, first order in the errors (shared notation §1, end):
+/// an inner axis of the same chain carries the outer axis' reference point along.
 fn share(machine: &Machine, parameter: ErrorParameter, axis: usize, component: usize) -> f64 {
     let axes = machine.rotary_axes();
     let (moved, carried) = (&axes[parameter.axis], &axes[axis]);
@@ -57,7 +57,7 @@ fn share(machine: &Machine, parameter: ErrorParameter, axis: usize, component: u
     across(whole, carried.direction)[component % 3]
 }
 
-/// The components that an axis has: those not along or about it.
+/// The components of an axis: those that are not along or about it.
 fn components(machine: &Machine, axis: usize) -> impl Iterator<Item = usize> {
     let direction = machine.rotary_axes()[axis].direction;
     (0..6).filter(move |component| direction[component % 3].abs() < ALONG)

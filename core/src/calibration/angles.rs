@@ -1,9 +1,9 @@
-//! How many angles were visited.
+//! The number of angles visited.
 
 use std::f64::consts::TAU;
 
-/// How many angles of one turn these are \[rad\]: those closer than `same_rad` to one before, whole turns apart or not,
-/// are counted once.
+/// Number of different angles of one turn \[rad\]. Angles closer than `same_rad` to an earlier one, with or without
+/// whole turns between them, are counted once.
 pub(super) fn different_angles(angles_rad: impl Iterator<Item = f64>, same_rad: f64) -> usize {
     let mut angles: Vec<f64> = angles_rad.map(|angle_rad| angle_rad.rem_euclid(TAU)).collect();
     angles.sort_by(f64::total_cmp);

@@ -1,11 +1,11 @@
-//! A ball-bar run as it was measured.
+//! A ball-bar run as measured.
 
 use super::RunFault;
 use super::angles::different_angles;
 use crate::geometry::{Vec3, across};
 use crate::machine::{Machine, RotaryLetter, Side};
 
-/// Which way the bar points at the start of a test.
+/// The direction of the bar at the start of a test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BarDirection {
     /// Across the axis: x for C, z for A and B.
@@ -23,7 +23,7 @@ impl BarDirection {
     /// Every direction.
     pub const ALL: [Self; 3] = [Self::Radial, Self::Tangential, Self::Axial];
 
-    /// The word for it.
+    /// The name of the direction.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -33,8 +33,8 @@ impl BarDirection {
         }
     }
 
-    /// Unit vector from the ball on the table to the ball on the spindle at zero. On an axis that is not parallel to
-    /// X, Y or Z the named direction is taken across the axis.
+    /// Unit vector at zero from the ball on the table to the ball on the spindle. On an axis that is not parallel
+    /// to X, Y or Z, the named direction is projected across the axis.
     #[must_use]
     pub fn unit(self, letter: RotaryLetter, axis: Vec3) -> Vec3 {
         let (radial, tangential) = match letter {
@@ -42,7 +42,7 @@ impl BarDirection {
             RotaryLetter::B => (Vec3::z(), Vec3::x()),
             RotaryLetter::C => (Vec3::x(), Vec3::y()),
         };
-        // An axis along its own radial direction (a B axis that points in z) takes the tangential one for it.
+        // An axis along its own radial direction (a B axis that points in z) takes the tangential one instead.
         let radial = across(radial, axis);
         let radial = if radial.norm() < NEARLY_ALONG { across(tangential, axis) } else { radial }.normalize();
         match self {
@@ -65,7 +65,7 @@ pub struct Reading {
     pub length_change_mm: f64,
 }
 
-/// What a test gave.
+/// The result of a test.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Observed {
     /// Every reading.
@@ -77,18 +77,19 @@ pub enum Observed {
 /// One rotary axis turned with the ball held by RTCP, the other axes' words at zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BallBarTest {
-    /// The axis that turns, in the profile's order.
+    /// The turning axis, in the profile's order.
     pub axis: usize,
-    /// Which way the bar points at zero.
+    /// Direction of the bar at zero.
     pub bar: BarDirection,
     /// The programmed spindle ball at zero, from the reference point of the table axis next to the workpiece \[mm\].
     pub ball_mm: Vec3,
-    /// From the gauge point to the spindle ball along the tool axis \[mm\]; counts where an axis is on the head.
+    /// Distance from the gauge point to the spindle ball along the tool axis \[mm\]; used if an axis is on the
+    /// head.
     pub tool_length_mm: f64,
-    /// Standard uncertainty of one reading \[µm\]; relative to the other tests' (its weight is 1/u²), 1 unless tests
-    /// differ.
+    /// Standard uncertainty of one reading \[µm\], relative to the other tests' (its weight is 1/u²). It is 1
+    /// unless tests differ.
     pub reading_uncertainty: f64,
-    /// What was read.
+    /// The readings.
     pub observed: Observed,
 }
 
@@ -99,7 +100,7 @@ pub enum SetupError {
     Known([f64; 2]),
     /// Measured by turning the spindle at zero of both axes.
     Spindle(SpindleStep),
-    /// Not known: held at zero, and what that hides is said.
+    /// Not known: held at zero, and the hidden effects are reported.
     Unknown,
 }
 
@@ -119,9 +120,9 @@ pub struct BallBarRun {
     pub bar_length_mm: f64,
     /// Whether the bar's zero is arbitrary: one offset per test is then fitted.
     pub offset_per_test: bool,
-    /// Standard uncertainty of the instrument, if it is to widen the answer \[mm\].
+    /// Standard uncertainty of the instrument, if it contributes to the result \[mm\].
     pub instrument_uncertainty_mm: Option<f64>,
-    /// What is known of the spindle ball.
+    /// Knowledge of the spindle ball's offset.
     pub setup_error: SetupError,
     /// The tests.
     pub tests: Vec<BallBarTest>,
@@ -136,14 +137,14 @@ impl BallBarRun {
     pub const BAR_LENGTH_RANGE_MM: [f64; 2] = [10.0, 5000.0];
     /// Farthest ball from the axis' reference point, and longest tool \[mm\].
     pub const MAX_DISTANCE_MM: f64 = 1e4;
-    /// Largest change of length taken for real \[mm\]: ten times what common ball bars measure.
+    /// Largest change of length accepted \[mm\]: ten times the range of common ball bars.
     pub const MAX_CHANGE_MM: f64 = 10.0;
     /// Largest angle of an axis \[rad\]: a thousand turns.
     pub const MAX_ANGLE_RAD: f64 = 1000.0 * std::f64::consts::TAU;
     /// Fewest different angles of a test: three numbers, offset, sine and cosine, describe its circle.
     pub const MIN_ANGLES: usize = 3;
-    /// Least and largest standard uncertainty of a reading: beyond such a ratio the weakest test's weight is lost in
-    /// the rounding of the best one's, and what it alone shows would count as not seen.
+    /// Smallest and largest standard uncertainty of a reading. Beyond this ratio, rounding of the best test hides
+    /// the weakest test's weight, and effects that only the weakest test shows would count as not seen.
     pub const READING_UNCERTAINTY_RANGE: [f64; 2] = [1e-3, 1e3];
     /// Angles closer than this are the same angle \[rad\]: 0.001°.
     pub const SAME_ANGLE_RAD: f64 = 1.745e-5;
@@ -190,7 +191,7 @@ impl BallBarRun {
         if faults.is_empty() { Ok(()) } else { Err(faults) }
     }
 
-    /// How many readings there are, all tests together.
+    /// Number of readings, all tests together.
     #[must_use]
     pub fn readings(&self) -> usize {
         self.tests.iter().map(|test| test.readings().len()).sum()
@@ -198,7 +199,7 @@ impl BallBarRun {
 }
 
 impl BallBarTest {
-    /// The readings, none where only eccentricities are known.
+    /// The readings; empty if only eccentricities are known.
     #[must_use]
     pub fn readings(&self) -> &[Reading] {
         match &self.observed {
@@ -259,7 +260,7 @@ fn check_readings(test: Option<usize>, readings: &[Reading], faults: &mut Vec<Ru
     }
     let angles_rad = readings.iter().map(|reading| reading.angle_rad);
     let (angles, min) = (different_angles(angles_rad, BallBarRun::SAME_ANGLE_RAD), BallBarRun::MIN_ANGLES);
-    // Angles that are no numbers are not counted.
+    // Angles that are not numbers are not counted.
     if faults.len() == before && angles < min {
         faults.push(RunFault::TooFewAngles { test, angles, min });
     }

@@ -1,4 +1,4 @@
-//! What a run cannot tell apart, and which further run would.
+//! The errors that a run cannot distinguish, and the further run that can.
 
 use nalgebra::DMatrix;
 
@@ -12,14 +12,14 @@ use crate::geometry::Vec3;
 use crate::machine::{LocationError, Machine, Side};
 use crate::units::UM_PER_MM;
 
-/// A combination of unknowns that changes no reading, or only readings' offsets.
+/// A combination of unknowns that changes no reading, or only the offsets of readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blind {
-    /// How much of each unknown \[µm or µrad\]; the largest is 1.
+    /// Share of each unknown \[µm or µrad\]; the largest is 1.
     pub parts: Vec<(Unknown, f64)>,
-    /// Tests whose offset, the bar's zero, takes part.
+    /// Tests whose offset, the zero of the bar, is part of the combination.
     pub offsets: Vec<usize>,
-    /// What would tell the parts apart, if any ball-bar test would.
+    /// The ball-bar test that would separate the parts, if there is one.
     pub separated_by: Option<FurtherRun>,
 }
 
@@ -28,30 +28,30 @@ pub struct Blind {
 pub enum FurtherRun {
     /// The bar read at several spindle angles, both axes at zero.
     SpindleStep,
-    /// One more test.
+    /// One additional test.
     Test {
-        /// The axis that turns.
+        /// The turning axis.
         axis: usize,
         /// The bar's direction.
         bar: BarDirection,
         /// The programmed spindle ball \[mm\].
         ball_mm: Vec3,
-        /// From the gauge point to the ball \[mm\]; counts where the axis is on the head.
+        /// Distance from the gauge point to the ball \[mm\]; used if the axis is on the head.
         tool_length_mm: f64,
     },
 }
 
-/// Parts of a combination below this are rounding, against the largest.
+/// Parts of a combination below this share of the largest are rounding.
 const PART: f64 = 1e-6;
 /// A further run must show a combination at least this well \[µm of reading per µm or µrad\].
 const SEEN_UM: f64 = 0.01;
-/// How much longer a further tool is thought to be \[mm\], for an axis on the head.
+/// Additional length of a proposed tool \[mm\], for an axis on the head.
 const LONGER_MM: f64 = 100.0;
-/// Where further balls are thought of, besides those of the run \[mm\]: a good plan has C tests far out, A tests high.
+/// Proposed ball positions, besides those of the run \[mm\]: a good plan has C tests far out, A tests high.
 const FURTHER_BALLS_MM: [[f64; 3]; 3] = [[150.0, 0.0, 60.0], [150.0, 0.0, 160.0], [0.0, 150.0, 60.0]];
 
-/// The combinations of `unknowns` outside what `counted` determines, each with as few parts as elimination leaves;
-/// `at_zero` is what the model says of the observations without errors.
+/// The combinations of `unknowns` that `counted` does not determine, each with as few parts as elimination leaves.
+/// `at_zero` is the model's prediction of the observations without errors.
 pub(super) fn blind_combinations(
     machine: &Machine,
     run: &BallBarRun,
@@ -99,7 +99,7 @@ pub(super) fn blind_combinations(
     combinations
 }
 
-/// Rows combined so that each has a leading part that no other has, scaled to a largest part of 1.
+/// Combines rows so that each has a leading part that no other row has, scaled to a largest part of 1.
 fn reduced(mut rows: DMatrix<f64>) -> DMatrix<f64> {
     let mut leads = Vec::new();
     for row in 0..rows.nrows() {
@@ -134,7 +134,7 @@ fn reduced(mut rows: DMatrix<f64>) -> DMatrix<f64> {
     rows
 }
 
-/// The run that shows a change of the unknowns best, the set-up error's own first.
+/// The run that shows a change of the unknowns best. The set-up error's own run comes first.
 fn further_run(
     machine: &Machine,
     run: &BallBarRun,
@@ -160,7 +160,7 @@ fn further_run(
         let mean_um = seen.iter().sum::<f64>() / seen.len() as f64;
         let squares = seen.iter().map(|value| (value - mean_um).powi(2)).sum::<f64>();
         let rms_um = (squares / seen.len() as f64).sqrt();
-        // Strictly better by more than rounding, so that the first of equals is proposed.
+        // Better by more than rounding, so that the first of equal runs is proposed.
         if rms_um > best.0 * (1.0 + PART) {
             let BallBarTest { axis, bar, ball_mm, tool_length_mm, .. } = test;
             best = (rms_um, Some(FurtherRun::Test { axis, bar, ball_mm, tool_length_mm }));
@@ -169,8 +169,8 @@ fn further_run(
     best.1
 }
 
-/// Tests that could be added: every axis and direction of the bar, at the balls of the run and a few others, for a
-/// head axis with the tools of the run and a longer one.
+/// Tests that could be added: every axis and direction of the bar, at the balls of the run and a few others. A head
+/// axis also gets the tools of the run and a longer one.
 fn further_tests(machine: &Machine, run: &BallBarRun) -> Vec<BallBarTest> {
     let mut places: Vec<(Vec3, f64)> =
         run.tests.iter().map(|test| (test.ball_mm, test.tool_length_mm)).collect();

@@ -1,30 +1,31 @@
-//! Which combinations of unknowns the rows determine: singular values of the columns at unit length.
+//! The combinations of unknowns that the rows determine: singular values of the columns at unit length.
 
 use nalgebra::{DMatrix, SVD};
 
 /// A singular value below this part of the largest counts as zero (shared notation §5 "Rank").
 const RANK_THRESHOLD: f64 = 1e-9;
-/// A column shorter than this \[mm per mm or rad, root of the sum over rows\] is no column: what rounding leaves of
-/// an effect that is not there.
+/// A column shorter than this \[mm per mm or rad, root of the sum over rows\] is rounding of an effect that does
+/// not exist.
 const NO_EFFECT: f64 = 1e-10;
-/// Passes after which the decomposition of a small triangle has long converged.
+/// Number of passes after which the decomposition of a small triangle has long converged.
 const MAX_PASSES: usize = 1000;
 
-/// The columns' space of unknowns, split.
+/// The space of unknowns, split into its determined and undetermined parts.
 #[derive(Debug, Clone)]
 pub(super) struct Decomposition {
-    /// Length of each column, 1 where it has none.
+    /// Length of each column; 1 for a column without length.
     scales: Vec<f64>,
-    /// What is determined: one column of unknowns, times their scales, for each singular value kept.
+    /// The determined part: one column of unknowns, times their scales, for each singular value kept.
     seen: DMatrix<f64>,
-    /// What is not: the same, orthonormal.
+    /// The undetermined part in the same form, orthonormal.
     blind: DMatrix<f64>,
     /// Largest kept singular value over the smallest.
     pub(super) condition: f64,
 }
 
 impl Decomposition {
-    /// Of these columns, already projected and weighted. `None` only where the iteration fails.
+    /// The decomposition of these columns, which are already projected and weighted. `None` only if the iteration
+    /// fails.
     pub(super) fn new(mut columns: DMatrix<f64>) -> Option<Self> {
         let count = columns.ncols();
         let scales: Vec<f64> = columns
@@ -35,7 +36,7 @@ impl Decomposition {
         for (mut column, scale) in columns.column_iter_mut().zip(&scales) {
             if *scale > 0.0 { column /= *scale } else { column.fill(0.0) }
         }
-        // Fewer rows than columns would hide null directions: rows of zeros change nothing else.
+        // With fewer rows than columns, null directions would be hidden. Rows of zeros change nothing else.
         if columns.nrows() < count {
             let rows = columns.nrows();
             columns = columns.insert_rows(rows, count - rows, 0.0);
@@ -63,12 +64,12 @@ impl Decomposition {
         Some(Self { scales, seen: gather(&seen), blind: gather(&blind), condition })
     }
 
-    /// How many combinations are determined.
+    /// Number of determined combinations.
     pub(super) fn rank(&self) -> usize {
         self.seen.ncols()
     }
 
-    /// Which unknowns have a part in what is not determined.
+    /// Which unknowns are part of an undetermined combination.
     pub(super) fn touched(&self) -> Vec<bool> {
         /// Parts below this (of unit vectors) are rounding.
         const PART: f64 = 1e-6;
@@ -80,7 +81,7 @@ impl Decomposition {
         unscaled(&self.seen, &self.scales)
     }
 
-    /// The combinations that change nothing, in the unknowns' own units.
+    /// The combinations that change no reading, in the unknowns' own units.
     pub(super) fn unscaled_blind(&self) -> DMatrix<f64> {
         unscaled(&self.blind, &self.scales)
     }
@@ -92,7 +93,7 @@ fn unscaled(directions: &DMatrix<f64>, scales: &[f64]) -> DMatrix<f64> {
     })
 }
 
-/// `a · b`, summed in the order of the rows: the library's own product for larger matrices takes instructions that
+/// `a · b`, summed in the order of the rows. For larger matrices the library's own product uses instructions that
 /// depend on the processor, and with them the last digit.
 pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let mut result = DMatrix::zeros(a.nrows(), b.ncols());

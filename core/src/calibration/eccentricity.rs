@@ -6,7 +6,7 @@ use super::BarDirection;
 use crate::geometry::{Screw, Vec3, trig};
 use crate::machine::{RotaryAxis, RotaryLetter};
 
-/// Two directions across an axis, and the bar direction whose turning tells them apart.
+/// Two directions across an axis, and the bar direction whose turning distinguishes them.
 #[derive(Debug, Clone)]
 pub(super) struct Harmonic {
     axis: Vec3,
@@ -14,16 +14,16 @@ pub(super) struct Harmonic {
     bar: Vec3,
 }
 
-/// Step of the angles at which the model is asked what a test would read \[deg\].
+/// Step of the angles at which the model predicts a test's readings \[deg\].
 const GRID_STEP_DEG: u16 = 15;
-/// How far an axis that cannot turn fully is taken to have turned either way \[deg\], as P4's trunnion.
+/// Assumed turn either way of an axis that cannot turn fully \[deg\], as for P4's trunnion.
 const HALF_TURN_DEG: f64 = 90.0;
-/// A harmonic whose triangular factor has a diagonal this small against its largest is not determined.
+/// A harmonic is not determined if its triangular factor has a diagonal this small compared with its largest.
 const UNDETERMINED: f64 = 1e-9;
 
 impl Harmonic {
-    /// The pair is (x, y) of a C axis, (y, z) of an A axis, (z, x) of a B axis; an axial test is read as its axis'
-    /// radial one (§5: C `Δx = (r0 − r180)/2, Δy = (r270 − r90)/2`).
+    /// The pair is (x, y) of a C axis, (y, z) of an A axis, (z, x) of a B axis. An axial test is evaluated like the
+    /// radial test of its axis (§5: C `Δx = (r0 − r180)/2, Δy = (r270 − r90)/2`).
     pub(super) fn new(axis: &RotaryAxis, bar: BarDirection) -> Self {
         let toward = |bar: BarDirection| bar.unit(axis.letter, axis.direction);
         let (radial, tangential) = (toward(BarDirection::Radial), toward(BarDirection::Tangential));
@@ -35,8 +35,9 @@ impl Harmonic {
         Self { axis: axis.direction, pair, bar }
     }
 
-    /// What a unit shift along each of the pair adds to the reading at this angle, but for a constant: the components of
-    /// the bar turned by −θ, as a table turns it; on a head the ball turns by θ before a bar that stands, which is the same.
+    /// The change of the reading at this angle by a unit shift along each direction of the pair, without a
+    /// constant. It is the bar's components turned by −θ, as a table turns it. On a head the ball turns by θ before
+    /// a bar at rest, which gives the same.
     pub(super) fn at(&self, (sin, cos): (f64, f64)) -> [f64; 2] {
         let turned = Screw { direction: self.axis, point_mm: Vec3::zeros() }.turn_by((-sin, cos), self.bar);
         self.pair.map(|direction| direction.dot(&turned))
@@ -50,7 +51,7 @@ pub(super) struct HarmonicFit {
 }
 
 impl HarmonicFit {
-    /// For readings at these angles; `None` where they do not tell constant, sine and cosine apart.
+    /// For readings at these angles; `None` if they do not separate constant, sine and cosine.
     pub(super) fn new(harmonic: &Harmonic, turns: &[(f64, f64)]) -> Option<Self> {
         if turns.len() < 3 {
             return None;
@@ -76,13 +77,13 @@ impl HarmonicFit {
     }
 }
 
-/// A full turn, as sine and cosine: behind an eccentricity given alone, whether or not the axis can turn so far. P4's
-/// half differences of opposite readings are free of even harmonics, and so is the first harmonic over a full turn.
+/// A full turn as sine and cosine, for an eccentricity given alone, even if the axis cannot turn so far. P4's half
+/// differences of opposite readings are free of even harmonics, and so is the first harmonic over a full turn.
 pub(super) fn full_turn() -> Vec<(f64, f64)> {
     (0..360 / GRID_STEP_DEG).map(|step| trig::sin_cos_deg(f64::from(step * GRID_STEP_DEG))).collect()
 }
 
-/// The angles, as sine and cosine, at which a further test of this axis would be read.
+/// The angles, as sine and cosine, of a further test of this axis.
 pub(super) fn reachable_turns(axis: &RotaryAxis) -> Vec<(f64, f64)> {
     let [from_deg, to_deg] = match axis.travel_deg {
         Some(travel) if travel.max - travel.min < 360.0 => {

@@ -8,60 +8,62 @@ use crate::units::UM_PER_MM;
 /// spindle step.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum RunFault {
-    /// The bar's length is no bar's.
-    #[error("the bar's length {length_mm} mm is not between {min_mm} and {max_mm} mm")]
+    /// The bar's length is not plausible.
+    #[error(
+        "the bar's length {length_mm} mm is not between {min_mm} and {max_mm} mm; give the length of the bar at its start"
+    )]
     BarLength {
-        /// Given \[mm\].
+        /// The length given \[mm\].
         length_mm: f64,
-        /// Least \[mm\].
+        /// Smallest \[mm\].
         min_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
-    /// The tool's length is negative or absurd.
+    /// The tool's length is negative or not plausible.
     #[error("the tool length {length_mm} mm is not between 0 and {max_mm} mm")]
     ToolLength {
         /// The test.
         test: usize,
-        /// Given \[mm\].
+        /// The length given \[mm\].
         length_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
-    /// The instrument's uncertainty is negative or absurd.
+    /// The instrument's uncertainty is negative or not plausible.
     #[error("the instrument's uncertainty {} um is not between 0 and {} um", value_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     InstrumentUncertainty {
-        /// Given \[mm\].
+        /// The uncertainty given \[mm\].
         value_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
-    /// A component of the set-up error is absurd.
+    /// A component of the set-up error is not plausible.
     #[error("a set-up error of {} um is not between -{} and {} um", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     SetupError {
         /// 0 `e_xs`, 1 `e_ys`.
         component: usize,
-        /// Given \[mm\].
+        /// The value given \[mm\].
         value_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
     /// No test, or too many.
-    #[error("a run has 1 to {max} tests, this one has {tests}")]
+    #[error("a run must have 1 to {max} tests, but this one has {tests}")]
     TestCount {
-        /// Given.
+        /// Number given.
         tests: usize,
-        /// Most.
+        /// Largest number.
         max: usize,
     },
     /// The machine has no such axis.
-    #[error("the machine has {axes} rotary axes, none with index {index}")]
+    #[error("the machine has {axes} rotary axes, but none with index {index}; name one of its axes")]
     NoSuchAxis {
         /// The test.
         test: usize,
-        /// Given.
+        /// The index given.
         index: usize,
-        /// How many there are.
+        /// Number of rotary axes.
         axes: usize,
     },
     /// A ball too far away.
@@ -71,19 +73,19 @@ pub enum RunFault {
         test: usize,
         /// 0 x, 1 y, 2 z.
         component: usize,
-        /// Given \[mm\].
+        /// The coordinate given \[mm\].
         value_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
-    /// The weight of a test is none.
+    /// The weight of a test is out of range.
     #[error("a reading's standard uncertainty of {value} is not between {min} and {max}")]
     ReadingUncertainty {
         /// The test.
         test: usize,
-        /// Given.
+        /// The value given.
         value: f64,
-        /// Least.
+        /// Smallest.
         min: f64,
         /// Largest.
         max: f64,
@@ -95,60 +97,68 @@ pub enum RunFault {
         test: usize,
         /// 0 or 1.
         component: usize,
-        /// Given \[mm\].
+        /// The value given \[mm\].
         value_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
     /// An angle too large.
-    #[error("an angle of {angle_deg} degrees is more than a thousand turns")]
+    #[error(
+        "an angle of {angle_deg} degrees is more than a thousand turns, the limit; give angles in degrees"
+    )]
     Angle {
         /// The test.
         test: Option<usize>,
         /// The reading.
         reading: usize,
-        /// Given \[deg\].
+        /// The angle given \[deg\].
         angle_deg: f64,
     },
-    /// A change of length that no bar measures.
+    /// A change of length beyond the range of any bar.
     #[error("a change of length of {} um is not between -{} and {} um: a bar measures about 1 mm either way", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     LengthChange {
         /// The test.
         test: Option<usize>,
         /// The reading.
         reading: usize,
-        /// Given \[mm\].
+        /// The change given \[mm\].
         value_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
     /// Too few different angles.
-    #[error("{angles} different angles; a circle with its offset takes at least {min}")]
+    #[error(
+        "the test has {angles} different angles, but a circle with its offset needs at least {min}; add readings"
+    )]
     TooFewAngles {
         /// The test.
         test: Option<usize>,
-        /// Different ones.
+        /// Number of different angles.
         angles: usize,
-        /// Least.
+        /// Smallest number.
         min: usize,
     },
     /// More readings than a run may have.
-    #[error("{readings} readings in all; a run has at most {max}")]
+    #[error("the run has {readings} readings in all, but the limit is {max}; send fewer")]
     TooManyReadings {
-        /// Given.
+        /// Number given.
         readings: usize,
-        /// Most.
+        /// Largest number.
         max: usize,
     },
-    /// The readings see none of the errors.
-    #[error("these tests determine none of the location errors")]
+    /// The readings show none of the errors.
+    #[error(
+        "these tests determine none of the location errors; add a test of another axis, bar direction or ball position"
+    )]
     NothingDetermined,
-    /// The fit runs out of bounds: the readings are no machine's.
-    #[error("no location errors within {max_mm} mm and {max_rad} rad explain the readings")]
+    /// The fit exceeds its limits: no machine gives these readings.
+    #[error(
+        "no location errors within {max_mm} mm and {max_rad} rad explain the readings; check their unit, the ball position and the direction of the bar"
+    )]
     NoFit {
-        /// Largest translation taken for real \[mm\].
+        /// Largest translation accepted \[mm\].
         max_mm: f64,
-        /// Largest rotation taken for real \[rad\].
+        /// Largest rotation accepted \[rad\].
         max_rad: f64,
     },
 }

@@ -13,7 +13,7 @@ use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters
 use crate::machine::{LocationError, Machine};
 use crate::units::UM_PER_MM;
 
-/// Something that is not known before the fit.
+/// A quantity that is unknown before the fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Unknown {
     /// A component of a location error \[mm or rad\].
@@ -23,7 +23,7 @@ pub enum Unknown {
 }
 
 impl Unknown {
-    /// The unit in which it is told, per unit in which it is computed: µm per mm, µrad per rad.
+    /// The factor from the computed unit to the reported one: µm per mm, µrad per rad.
     #[must_use]
     pub fn told_per_unit(&self) -> f64 {
         match self {
@@ -33,14 +33,14 @@ impl Unknown {
     }
 }
 
-/// Eccentricities of one test \[mm\]; `None` where the angles do not determine them.
+/// Eccentricities of one test \[mm\]; `None` if the angles do not determine them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Eccentricities {
     /// As measured, with nominal kinematics in the control.
     pub before_mm: Option<[f64; 2]>,
-    /// As they will be when the control knows the four translations alone.
+    /// Prediction for a control that knows only the four translations.
     pub after_linear_mm: Option<[f64; 2]>,
-    /// As they will be when it knows all errors.
+    /// Prediction for a control that knows all errors.
     pub after_all_mm: Option<[f64; 2]>,
 }
 
@@ -55,71 +55,73 @@ pub struct Outlier {
     pub residual_mm: f64,
 }
 
-/// What a run says about a machine.
+/// The result of a run for a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Identified {
-    /// The location errors, cascaded as in the profile; components that are not sought are zero.
+    /// The location errors, cascaded as in the profile. Components that are not fitted are zero.
     pub errors: [LocationError; 2],
-    /// The set-up error used or found \[mm\].
+    /// The set-up error, given or found \[mm\].
     pub setup_error_mm: [f64; 2],
-    /// What was sought, in the order of `covariance`.
+    /// The fitted unknowns, in the order of `covariance`.
     pub unknowns: Vec<Unknown>,
-    /// Covariance of the unknowns \[mm², mm·rad, rad²\]; `None` where nothing is left over to judge by.
+    /// Covariance of the unknowns \[mm², mm·rad, rad²\]; `None` without degrees of freedom to estimate it.
     pub covariance: Option<DMatrix<f64>>,
-    /// Whether the readings leave the unknown open, so that its value is only the smallest that fits.
+    /// Whether the readings do not determine the unknown. Its value is then only the smallest that fits.
     pub undetermined: Vec<bool>,
     /// The errors against the machine's frame, with ISO 230-7 symbols.
     pub absolute: Vec<AbsoluteError>,
-    /// What the readings cannot tell apart.
+    /// The combinations that the readings cannot distinguish.
     pub blind: Vec<Blind>,
-    /// How many of the `counted` unknowns the readings determine; offsets not counted.
+    /// Number of `counted` unknowns that the readings determine, without offsets.
     pub rank: usize,
-    /// The location errors, and the two set-up errors where these were not given.
+    /// Number of location errors, plus the two set-up errors if these were not given.
     pub counted: usize,
-    /// Largest singular value over the smallest, of what was solved for, columns at unit length.
+    /// Largest singular value over the smallest, of the fitted unknowns with columns at unit length.
     pub condition_number: f64,
-    /// Observations less unknowns and offsets.
+    /// Number of observations minus unknowns and offsets.
     pub degrees_of_freedom: usize,
-    /// Root of the mean square of the residuals of what was kept \[mm\].
+    /// Root mean square of the residuals of the readings kept \[mm\].
     pub residual_rms_mm: f64,
-    /// Measured minus fitted, by test \[mm\]: two where eccentricities alone were given.
+    /// Measured minus fitted, by test \[mm\]; two values for a test with eccentricities only.
     pub residuals_mm: Vec<Vec<f64>>,
-    /// The offset of each test \[mm\], `None` where none was fitted.
+    /// The offset of each test \[mm\]; `None` if none was fitted.
     pub offsets_mm: Vec<Option<f64>>,
-    /// What was left out, by test and reading.
+    /// The readings left out, by test and reading.
     pub outliers: Vec<Outlier>,
-    /// By test.
+    /// Eccentricities by test.
     pub eccentricities: Vec<Eccentricities>,
-    /// What a metrologist would ask about.
+    /// Warnings that a metrologist should check.
     pub warnings: Vec<RunWarning>,
 }
 
-/// Most steps of the fit; it takes three or four.
+/// Most steps of the fit. It needs three or four.
 const MAX_STEPS: usize = 30;
-/// A step that moves the model by less than this in the mean of the rows ends the fit \[mm\]: a thousandth of what
-/// answers are compared to (1e-6 µm), ten times the rounding of coordinates of a few hundred mm.
+/// The fit ends at a step that moves the model by less than this in the mean of the rows \[mm\]. It is a thousandth
+/// of the accuracy of comparisons (1e-6 µm), and ten times the rounding of coordinates of a few hundred mm.
 const STEP_END_MM: f64 = 1e-12;
-/// Steps below this that no longer shrink are rounding \[mm\]: coordinates of metres, summed over many rows.
+/// Steps below this that no longer become smaller are rounding \[mm\], for coordinates of metres summed over many
+/// rows.
 const ROUNDING_MM: f64 = 1e-9;
 
-/// Identifies the location errors of both rotary axes of `machine` (its own location errors are not used: the
-/// control turned the axes by the nominal lines).
+/// Identifies the location errors of both rotary axes of `machine`. Its own location errors are not used: the
+/// control turned the axes by the nominal lines.
 ///
-/// The model is the rigid-body one of shared notation §1 and §5, nothing linearised; unknowns are
-/// [`placing_parameters`], the set-up error where it is measured, and one offset per test where asked for. Readings far
+/// The model is the rigid-body model of shared notation §1 and §5, without linearisation. The unknowns are
+/// [`placing_parameters`], the set-up error if it is measured, and one offset per test if asked for. Readings far
 /// from all others are left out and listed. Combinations that the tests cannot see are kept at zero and listed.
-/// Covariance: Type A from the residuals; a given instrument uncertainty adds an unknown first harmonic of that size in
-/// every test, which more readings do not average away.
+/// Covariance: Type A from the residuals. A given instrument uncertainty adds an unknown first harmonic of that
+/// size in every test; more readings do not average it away.
 ///
 /// # Errors
-/// Everything wrong with the run's numbers; or no errors of a machine's size explain them.
+/// Everything wrong with the run's numbers; or no plausible errors of a machine explain them.
 pub fn identify(machine: &Machine, run: &BallBarRun) -> Result<Identified, Vec<RunFault>> {
     run.check(machine)?;
     Fit::new(machine, run).and_then(|fit| fit.run()).map_err(|fault| vec![fault])
 }
 
-/// What the bar would read \[mm\] at the angles of each test of `run` (its own values do not count) on a machine with
-/// these errors and this set-up error, under nominal kinematics; two eccentricities for a test that has no readings.
+/// The predicted bar readings \[mm\] at the angles of each test of `run` (its measured values are not used). The
+/// machine has these errors and this set-up error, under nominal kinematics. A test without readings gives two
+/// eccentricities.
 ///
 /// # Errors
 /// Everything wrong with the run's numbers.
@@ -142,7 +144,7 @@ pub fn expected_readings(
     Ok(readings)
 }
 
-/// The problem with what stays the same from step to step.
+/// The parts of the problem that stay the same from step to step.
 pub(super) struct Fit<'a> {
     machine: &'a Machine,
     run: &'a BallBarRun,
@@ -150,20 +152,21 @@ pub(super) struct Fit<'a> {
     unknowns: Vec<Unknown>,
     pub(super) observations: Observations,
     solved: Decomposition,
-    /// From the determined combinations to the unknowns in their units.
+    /// Matrix from the determined combinations to the unknowns in their units.
     directions: DMatrix<f64>,
-    /// Of the unknowns and, where it was not given, the set-up error: how many the readings determine, and of how many.
+    /// Number of unknowns that the readings determine, and number of unknowns. They include the set-up error if it
+    /// was not given.
     rank: usize,
     counted: usize,
     blind: Vec<Blind>,
 }
 
-/// Where a fit stands.
+/// The state of a fit.
 #[derive(Debug, Clone)]
 pub(super) struct Solution {
     errors: [LocationError; 2],
     setup_error_mm: [f64; 2],
-    /// Measured minus model, offsets not taken out \[mm\].
+    /// Measured minus model, with offsets still included \[mm\].
     pub(super) residuals_mm: DVector<f64>,
     slopes: DMatrix<f64>,
 }
@@ -172,7 +175,7 @@ impl<'a> Fit<'a> {
     fn new(machine: &'a Machine, run: &'a BallBarRun) -> Result<Self, RunFault> {
         let parameters = placing_parameters(machine);
         let observations = Observations::new(machine, run);
-        // At zero of everything: what only the product of two small numbers shows does not count as seen.
+        // At zero of everything: an effect that only the product of two small numbers shows does not count as seen.
         let nominal = machine.screws(false);
         let at_zero =
             observations.predict(machine, &nominal, &parameters, &[LocationError::default(); 2], [0.0; 2]);
@@ -230,7 +233,7 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Gauss–Newton from `solution` with these rows' weights, among the combinations that are determined.
+    /// Gauss–Newton from `solution` with these weights of the rows, among the determined combinations.
     pub(super) fn descend(&self, mut solution: Solution, weights: &[f64]) -> Result<Solution, RunFault> {
         let mut before_mm = f64::INFINITY;
         for _ in 0..MAX_STEPS {
@@ -248,7 +251,7 @@ impl<'a> Fit<'a> {
     const OUT_OF_BOUNDS: RunFault =
         RunFault::NoFit { max_mm: Machine::MAX_ERROR_MM, max_rad: Machine::MAX_ERROR_RAD };
 
-    /// One step, and how far it moves the model in the mean of the rows \[mm\].
+    /// One step, and its mean change of the model over the rows \[mm\].
     pub(super) fn step(&self, solution: &Solution, weights: &[f64]) -> Result<(Solution, f64), RunFault> {
         let factors = self.design(solution, weights).qr();
         let mut residuals = solution.residuals_mm.clone();
@@ -287,7 +290,7 @@ impl<'a> Fit<'a> {
         design
     }
 
-    /// Observations kept, less what was fitted to them.
+    /// Observations kept, minus the number of fitted values.
     pub(super) fn degrees_of_freedom(&self, weights: &[f64]) -> usize {
         let kept = weights.iter().filter(|weight| **weight > 0.0).count();
         let offsets = self.observations.blocks.iter().filter(|block| block.offset).count();
@@ -383,7 +386,7 @@ impl<'a> Fit<'a> {
                 let mut shape = DVector::zeros(rows);
                 for row in 0..block.rows {
                     shape[block.first + row] = match block.test.map(|test| &self.run.tests[test]) {
-                        // Two eccentricities alone: each is its own row.
+                        // A test with two eccentricities only: each is its own row.
                         Some(test) if test.readings().is_empty() => f64::from(u8::from(row == component)),
                         Some(test) => {
                             let axis = &self.machine.rotary_axes()[test.axis];
@@ -403,8 +406,8 @@ impl<'a> Fit<'a> {
         Some(covariance)
     }
 
-    /// Measured eccentricities, and what the model says that compensation takes away from them: the part that no
-    /// location error explains stays.
+    /// Measured eccentricities, and the same after the compensation that the model predicts. The part that no
+    /// location error explains remains.
     fn eccentricities(&self, solution: &Solution, weights: &[f64]) -> Vec<Eccentricities> {
         let linear = solution
             .errors
@@ -424,7 +427,7 @@ impl<'a> Fit<'a> {
             let Some(test) = block.test else { continue };
             let described = &self.run.tests[test];
             let rows = block.first..block.first + block.rows;
-            // Of readings, those kept; of two eccentricities alone, themselves.
+            // For readings the fit of those kept; for two eccentricities alone, these themselves.
             let fitted = if described.readings().is_empty() {
                 None
             } else {

@@ -2,29 +2,30 @@
 
 use crate::geometry::{Mat3, Screw, Vec3, trig};
 
-/// What joins two lines that are not parallel.
+/// The common perpendicular of two lines that are not parallel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CommonPerpendicular {
     /// Unit direction `a × b` of the perpendicular.
     pub direction: Vec3,
-    /// Where it meets the first and the second line \[mm\].
+    /// Its intersections with the first and the second line \[mm\].
     pub feet_mm: [Vec3; 2],
-    /// From the first line to the second along `direction`, signed \[mm\].
+    /// Distance from the first line to the second along `direction`, signed \[mm\].
     pub distance_mm: f64,
-    /// From the first direction to the second about `direction`, in (0, π) \[rad\].
+    /// Angle from the first direction to the second about `direction`, in (0, π) \[rad\].
     pub angle_rad: f64,
 }
 
-/// Sine of the angle below which lines are parallel: rounding of a direction then moves the feet by metres.
+/// Sine of the angle below which lines count as parallel: rounding of a direction then moves the feet by
+/// metres.
 const PARALLEL: f64 = 1e-9;
 
 impl CommonPerpendicular {
-    /// The common perpendicular of two lines; `None` where their directions are parallel.
+    /// The common perpendicular of two lines; `None` if their directions are parallel.
     #[must_use]
     pub fn of(first: &Screw, second: &Screw) -> Option<Self> {
         let cross = first.direction.cross(&second.direction);
         let sine = cross.norm();
-        // NaN is not above either.
+        // NaN is not above it either.
         if !sine.gt(&PARALLEL) {
             return None;
         }

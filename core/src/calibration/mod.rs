@@ -1,7 +1,8 @@
-//! Where a machine's rotary axes really are: location errors with uncertainties from measured runs, and their values
-//! handed to the control.
+//! The real positions of a machine's rotary axes: location errors with uncertainties from measured runs, and their
+//! values as text for the control.
 //!
-//! Cascaded values enter the profile (shared notation §1 "Location errors"), ISO 230-7 ones are absolute.
+//! Cascaded values are entered in the profile (shared notation §1 "Location errors"); ISO 230-7 values are
+//! absolute.
 
 mod absolute;
 mod angles;

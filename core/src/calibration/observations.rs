@@ -1,4 +1,4 @@
-//! The rows of the least-squares problem: what was read, what the model says there, and how it changes.
+//! The rows of the least-squares problem: the readings, the model's predictions, and their derivatives.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,8 +9,8 @@ use super::{BallBarRun, ErrorParameter, Observed, Reading, SetupError, SpindleSt
 use crate::geometry::{Vec3, trig};
 use crate::machine::{LocationError, Machine};
 
-/// Weight of an eccentricity given alone against a reading: P4 takes it as half the difference of two readings,
-/// whose variance is half a reading's.
+/// Weight of an eccentricity given alone, relative to a reading. P4 takes it as half the difference of two
+/// readings; its variance is half a reading's.
 const ECCENTRICITY_WEIGHT: f64 = 2.0;
 
 /// Rows that share an offset.
@@ -22,7 +22,7 @@ pub(super) struct Block {
     pub(super) rows: usize,
     /// Whether an offset is fitted.
     pub(super) offset: bool,
-    /// Sine and cosine of the angles: the rows', or those of the grid behind two eccentricities.
+    /// Sine and cosine of the angles: of the rows, or of the grid from which two eccentricities follow.
     pub(super) turns: Vec<(f64, f64)>,
     source: Source,
 }
@@ -34,11 +34,11 @@ enum Source {
     Spindle(Vec3),
 }
 
-/// Everything that was observed, as rows.
+/// All observations, as rows.
 #[derive(Debug, Clone)]
 pub(super) struct Observations {
     pub(super) blocks: Vec<Block>,
-    /// What was read \[mm\].
+    /// The readings \[mm\].
     pub(super) values_mm: DVector<f64>,
     /// Square root of each row's weight.
     pub(super) weights: Vec<f64>,
@@ -56,7 +56,7 @@ pub(super) struct Predicted {
 impl Observations {
     pub(super) fn new(machine: &Machine, run: &BallBarRun) -> Self {
         let (mut blocks, mut values_mm, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-        // Only ratios count: the best test has weight 1, so that distances keep their unit.
+        // Only ratios matter. The best test has weight 1, so that distances keep their unit.
         let best = run.tests.iter().map(|test| test.reading_uncertainty).fold(f64::INFINITY, f64::min);
         for (index, test) in run.tests.iter().enumerate() {
             let model = TestModel::new(machine, run, test);
@@ -98,7 +98,7 @@ impl Observations {
         Self { blocks, values_mm: DVector::from_vec(values_mm), weights, bar_length_mm: run.bar_length_mm }
     }
 
-    /// What the machine with these errors would give in every row, under this control.
+    /// The model's values in every row, for the machine with these errors under this control.
     pub(super) fn predict(
         &self,
         machine: &Machine,
@@ -159,8 +159,8 @@ impl Observations {
         Predicted { values_mm, slopes }
     }
 
-    /// One column made ready for the fit: each block's own offset taken out, rows multiplied by their weights'
-    /// roots. Rows of weight zero become zero.
+    /// Prepares one column for the fit: subtracts each block's own offset and multiplies rows by the roots of
+    /// their weights. Rows of weight zero become zero.
     pub(super) fn project(&self, weights: &[f64], column: &mut [f64]) {
         for block in &self.blocks {
             let rows = block.first..block.first + block.rows;
@@ -174,7 +174,7 @@ impl Observations {
         }
     }
 
-    /// The offset of each block that these residuals leave, zero where none is fitted.
+    /// The offset of each block in these residuals; zero if none is fitted.
     pub(super) fn offsets(&self, weights: &[f64], residuals: &[f64]) -> Vec<f64> {
         self.blocks
             .iter()

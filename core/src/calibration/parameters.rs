@@ -1,13 +1,13 @@
-//! Which location errors readings can determine, and how the axes' lines move with them.
+//! The location errors that readings can determine, and the axes' lines as functions of them.
 
 use crate::geometry::{Mat3, RigidMotion, Screw, Vec3};
 use crate::machine::{LocationError, Machine};
 use crate::units::{UM_PER_MM, URAD_PER_RAD};
 
-/// Names of the components of a location error, each with the unit in which it is told.
+/// Names of the components of a location error, each with its reported unit.
 pub const COMPONENT_NAMES: [&str; 6] = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"];
 
-/// The unit in which a component (0–5) is told, per unit in which it is computed: µm per mm, µrad per rad.
+/// The factor from the computed unit of a component (0–5) to the reported one: µm per mm, µrad per rad.
 #[must_use]
 pub const fn told_per_unit(component: usize) -> f64 {
     if component < 3 { UM_PER_MM } else { URAD_PER_RAD }
@@ -23,7 +23,7 @@ pub struct ErrorParameter {
 }
 
 impl ErrorParameter {
-    /// Every component of both axes, the first axis' before the second's.
+    /// All components of both axes, those of the first axis first.
     pub fn every() -> impl Iterator<Item = Self> {
         (0..2).flat_map(|axis| (0..6).map(move |component| Self { axis, component }))
     }
@@ -44,12 +44,12 @@ impl ErrorParameter {
         }
     }
 
-    /// Largest magnitude that a profile takes for an error \[mm or rad\].
+    /// Largest magnitude that a profile accepts as an error \[mm or rad\].
     pub(super) fn max_abs(&self) -> f64 {
         if self.is_angle() { Machine::MAX_ERROR_RAD } else { Machine::MAX_ERROR_MM }
     }
 
-    /// Puts `value` \[mm or rad\] into `errors`.
+    /// Sets this component of `errors` to `value` \[mm or rad\].
     pub(super) fn set(&self, errors: &mut [LocationError; 2], value: f64) {
         let error = &mut errors[self.axis];
         match self.component {
@@ -59,7 +59,7 @@ impl ErrorParameter {
     }
 }
 
-/// How fast a line moves with one parameter.
+/// Derivative of a line by one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ScrewSlope {
     /// Change of the unit direction, per mm or rad.
@@ -71,7 +71,7 @@ pub(super) struct ScrewSlope {
 const STILL: ScrewSlope =
     ScrewSlope { direction: Vec3::new(0.0, 0.0, 0.0), point_mm: Vec3::new(0.0, 0.0, 0.0) };
 
-/// The lines of both axes with given errors, and how they move with each of the twelve components.
+/// The lines of both axes with given errors, and their derivatives by each of the twelve components.
 #[derive(Debug, Clone)]
 pub(super) struct MovedLines {
     /// The lines, in the profile's order.
@@ -80,15 +80,15 @@ pub(super) struct MovedLines {
 }
 
 impl MovedLines {
-    /// Exact derivatives of [`Machine::screws_with`]: a rotation vector's small change turns by the left Jacobian of
-    /// the rotation, about the displaced reference point.
+    /// Exact derivatives of [`Machine::screws_with`]. A small change of a rotation vector turns by the left
+    /// Jacobian of the rotation, about the displaced reference point.
     pub(super) fn new(machine: &Machine, errors: &[LocationError; 2]) -> Self {
         let screws = machine.screws_with(errors);
         let axes = machine.rotary_axes();
         let mut slopes = [[STILL; 12]; 2];
         for parameter in ErrorParameter::every() {
             let ErrorParameter { axis: moved, component } = parameter;
-            // What stands inboard of the moved frame carries its change into M.
+            // The axes inboard of the moved frame carry its change into M.
             let inboard = (0..moved)
                 .filter(|inner| axes[*inner].side == axes[moved].side)
                 .fold(RigidMotion::identity(), |chain, inner| {
@@ -115,7 +115,7 @@ impl MovedLines {
         Self { screws, slopes }
     }
 
-    /// How the line of `axis` moves with `parameter`.
+    /// The derivative of the line of `axis` by `parameter`.
     pub(super) fn slope(&self, axis: usize, parameter: ErrorParameter) -> ScrewSlope {
         self.slopes[axis][parameter.axis * 6 + parameter.component]
     }
@@ -124,24 +124,26 @@ impl MovedLines {
 /// The left Jacobian of the rotation with this rotation vector: `R(ω + dω) = R(J dω) R(ω)` for small dω.
 fn left_jacobian(rotation_rad: Vec3) -> Mat3 {
     let angle_squared = rotation_rad.norm_squared();
-    // (1 − cos θ)/θ² and (θ − sin θ)/θ³ as series: location errors stay below 0.1 rad (three components of 0.05), where
-    // the terms left out are below 1e-10; a slope needs no more.
+    // (1 − cos θ)/θ² and (θ − sin θ)/θ³ as series. Location errors stay below 0.1 rad (three components of 0.05),
+    // where the omitted terms are below 1e-10; a slope needs no more.
     let first = 0.5 - angle_squared * (1.0 / 24.0 - angle_squared / 720.0);
     let second = 1.0 / 6.0 - angle_squared * (1.0 / 120.0 - angle_squared / 5040.0);
     let cross = rotation_rad.cross_matrix();
     Mat3::identity() + cross * first + cross * cross * second
 }
 
-/// Arm over which a tilt counts as much as a shift, for choosing parameters \[mm\]: the size of a part.
+/// Arm over which a tilt has the same weight as a shift in the choice of parameters \[mm\]: the size of a part.
 const ARM_MM: f64 = 100.0;
-/// A component whose effect on the lines is this close to a combination of earlier ones adds nothing (ratio of
-/// lengths). Far above rounding, far below the sine of the smallest angle between two rotary axes (0.1°).
+/// A component whose effect on the lines is this close to a combination of earlier components adds nothing (ratio
+/// of lengths). This is far above rounding, and far below the sine of the smallest angle between two rotary axes
+/// (0.1°).
 const SAME_EFFECT: f64 = 1e-6;
 
 /// The components that place both lines of the machine, each needed and none twice: eight in all (two offsets and
-/// two tilts of each line). Taken in the order of [`ErrorParameter::every`], so that the inner axis of a chain takes
-/// what it can and the outer one only what is missing, as P4 does: on an AC table `A e_x … e_c` and `C e_y e_b`.
-/// The others are redundant: they move no line (along and about an axis itself), or do what others do already.
+/// two tilts of each line). They are taken in the order of [`ErrorParameter::every`]. So the inner axis of a chain
+/// takes all it can, and the outer axis only the missing ones, as in P4: on an AC table `A e_x … e_c` and
+/// `C e_y e_b`. The others are redundant: they move no line (along and about an axis itself), or have the effect of
+/// others.
 #[must_use]
 pub fn placing_parameters(machine: &Machine) -> Vec<ErrorParameter> {
     let lines = MovedLines::new(machine, &[LocationError::default(); 2]);
@@ -210,7 +212,7 @@ mod tests {
 
     #[test]
     fn slopes_are_the_derivatives_of_the_lines() {
-        /// Step of the difference \[mm, rad\], and what its own error and rounding leave: h² of a third derivative
+        /// Step of the difference \[mm, rad\], and the bound on its error and rounding: h² of a third derivative
         /// times 300 mm, 1e-13 mm over h.
         const STEP: f64 = 1e-4;
         const CLOSE: f64 = 1e-5;

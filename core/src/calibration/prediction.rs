@@ -1,16 +1,18 @@
-//! What a ball bar reads on a machine with given errors (shared notation §5, from the full rigid-body model of §1).
+//! The predicted reading of a ball bar on a machine with given errors (shared notation §5, from the full rigid-body
+//! model of §1).
 
 use super::parameters::MovedLines;
 use super::{BallBarRun, BallBarTest, ErrorParameter};
 use crate::geometry::{Mat3, Screw, Vec3};
 use crate::machine::{Machine, Side};
 
-/// One test's geometry: everything that does not change while the axis turns.
+/// One test's geometry: everything that stays the same while the axis turns.
 #[derive(Debug, Clone)]
 pub(super) struct TestModel {
     axis: usize,
     on_table: bool,
-    /// The programmed ball in W \[mm\]; W has its origin `o` in `center_mm`, which is what squareness leaves in place.
+    /// The programmed ball in W \[mm\]. W has its origin `o` in `center_mm`, the point that squareness does not
+    /// move.
     ball_mm: Vec3,
     /// The reference point of the table axis next to the workpiece in M \[mm\].
     center_mm: Vec3,
@@ -21,14 +23,14 @@ pub(super) struct TestModel {
     squareness: Mat3,
 }
 
-/// Which control turns the axis: the lines it believes in, in the profile's order.
+/// The control that turns the axis: the lines it assumes, in the profile's order.
 pub(super) type Control = [Screw; 2];
 
 impl TestModel {
     pub(super) fn new(machine: &Machine, run: &BallBarRun, test: &BallBarTest) -> Self {
         let axes = machine.rotary_axes();
         let turned = &axes[test.axis];
-        // Table axes are listed from the bed outward: the last one stands next to the workpiece.
+        // Table axes are listed from the bed outward: the last one is next to the workpiece.
         let center_mm = axes
             .iter()
             .rev()
@@ -46,12 +48,13 @@ impl TestModel {
         }
     }
 
-    /// The reading at an angle whose sine and cosine are given \[mm\], and its derivatives by `parameters` and by the
-    /// set-up error's two components, in `slopes` (as long as `parameters` and two more).
+    /// The reading \[mm\] at an angle with given sine and cosine. `slopes` gets its derivatives by `parameters` and
+    /// by the two components of the set-up error (as long as `parameters` and two more).
     ///
-    /// The control holds the programmed ball at rest in W by its own lines, `q(θ)`; the real lines carry the real
-    /// ball, offset by e, to `s(θ)`; the ball on the table stands at `s(0) − L u`. The reading is
-    /// `|s(θ) − s(0) + L u| − L`: in the frame of the table what §5 writes as `|E + R·L·u| − L` in that of the machine.
+    /// By its own lines, the control holds the programmed ball at rest in W, `q(θ)`. The real lines carry the real
+    /// ball, offset by e, to `s(θ)`. The ball on the table is at `s(0) − L u`. The reading is
+    /// `|s(θ) − s(0) + L u| − L`, in the frame of the table. §5 writes it as `|E + R·L·u| − L` in the frame of the
+    /// machine.
     pub(super) fn reading(
         &self,
         turn: (f64, f64),
@@ -63,7 +66,7 @@ impl TestModel {
     ) -> f64 {
         let (real, believed) = (self.placed(lines.screws[self.axis]), self.placed(control[self.axis]));
         let (sin, cos) = turn;
-        // The place of the ball before the real axis turns it, and what the slides add afterwards.
+        // The position of the ball before the real axis turns it, and the motion that the slides add afterwards.
         let (ball_mm, slides_mm) = if self.on_table {
             (self.squareness * believed.carry_by((-sin, cos), self.ball_mm) + setup_error_mm, Vec3::zeros())
         } else {
@@ -92,7 +95,8 @@ impl TestModel {
         length_mm - self.bar_length_mm
     }
 
-    /// A table axis' line in W; that of a head axis, given from the gauge point, relative to the ball.
+    /// The line of a table axis in W, or of a head axis relative to the ball. Head lines are given from the gauge
+    /// point.
     fn placed(&self, mut line: Screw) -> Screw {
         if self.on_table {
             line.point_mm -= self.center_mm;
@@ -103,7 +107,7 @@ impl TestModel {
     }
 }
 
-/// What the bar reads when the spindle turns by the angle, both axes at zero: `|(turn e − e) + L u| − L` \[mm\], and
+/// The reading when the spindle turns by the angle with both axes at zero: `|(turn e − e) + L u| − L` \[mm\], and
 /// its derivatives by the components of e.
 pub(super) fn spindle_reading(
     turn: (f64, f64),

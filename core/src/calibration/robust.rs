@@ -3,38 +3,41 @@
 use super::RunFault;
 use super::identify::{Fit, Solution};
 
-/// A reading is left out beyond this many standard deviations: of normal noise it loses one in two million, so that
-/// the stated uncertainties stay true.
+/// A reading is left out beyond this number of standard deviations. Of normal noise this loses one reading in two
+/// million, so that the stated uncertainties stay true.
 const LIMIT_SIGMAS: f64 = 5.0;
-/// What is closer than this is never left out \[mm\]: the resolution of common ball bars, 0.1 µm.
+/// Readings closer than this are never left out \[mm\]: the resolution of common ball bars, 0.1 µm.
 const LEAST_LIMIT_MM: f64 = 1e-4;
-/// Readings of a test below which none is judged: too few to tell an outlier from the rest.
+/// Smallest number of readings in a test that is judged. With fewer, an outlier cannot be distinguished from the
+/// rest.
 const MIN_READINGS: usize = 12;
-/// Passes that weigh squares by the inverse of the distance, so that a reading pulls alike however far it is.
+/// Passes that weight squares by the inverse of the distance, so that every reading has the same influence at any
+/// distance.
 const MEDIAN_PASSES: usize = 12;
-/// Most passes that judge anew; where a borderline reading still goes in and out, the last judgement stands.
+/// Most passes that judge again. If a borderline reading still changes sides, the last judgement is used.
 const JUDGING_PASSES: usize = 10;
-/// Standard deviation of a normal distribution over the median of its magnitudes.
+/// Standard deviation of a normal distribution over the median of the magnitudes.
 const SIGMA_PER_MEDIAN: f64 = 1.482_602_218_505_602;
 
-/// Middle over mean square of residuals below which they are looked at again; 1 for normal noise, above it for the
-/// waves that a machine adds.
+/// Ratio of the median, as a standard deviation, to the root mean square of the residuals, below which they are
+/// checked again. It is 1 for normal noise, and above 1 for the waves that a machine adds.
 const TOO_PEAKED: f64 = 0.85;
-/// Third over second moment (to 3/2) of a test's residuals above which they are looked at again: 0 for normal noise
-/// (± 0.13 for 360 readings, ± 0.35 for 48), 1.5 where one reading in five is far off to one side, whatever its size.
+/// Ratio of the third moment to the second (to 3/2) of a test's residuals above which they are checked again. It is
+/// 0 for normal noise (± 0.13 for 360 readings, ± 0.35 for 48), and 1.5 if one reading in five is far off to one
+/// side, at any distance.
 const TOO_SKEWED: f64 = 0.4;
 
-/// A fit with what it leaves out.
+/// A fit with the readings left out.
 pub(super) struct Outliers {
     pub(super) solution: Solution,
-    /// Root weights, zero for what is left out.
+    /// Root weights; zero for readings left out.
     pub(super) weights: Vec<f64>,
     /// Rows, ascending.
     pub(super) left_out: Vec<usize>,
 }
 
-/// Least squares of all readings; where some stand far out, of those that remain when the far ones are judged from a
-/// fit that they hardly pull.
+/// Least squares of all readings. If some are far out, of the readings that remain when the far ones are judged
+/// from a fit that they hardly influence.
 pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault> {
     let weights = fit.observations.weights.clone();
     let judged: Vec<usize> = fit
@@ -45,7 +48,7 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
         .flat_map(|block| block.first..block.first + block.rows)
         .collect();
     let plain = fit.descend(start, &weights)?;
-    // As many unknowns as readings leave no residual to judge by.
+    // With as many unknowns as readings there is no residual to judge.
     if 2 * fit.degrees_of_freedom(&weights) < judged.len() || !suspicious(fit, &plain, &weights, &judged) {
         return Ok(Outliers { solution: plain, weights, left_out: Vec::new() });
     }
@@ -56,7 +59,7 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
         for row in &judged {
             passing[*row] = weights[*row] / residuals[*row].max(LEAST_LIMIT_MM).sqrt();
         }
-        // Only the ratio of weights counts: 1 in the mean, beside the rows that are not judged.
+        // Only the ratio of weights counts: their mean is 1, like the rows that are not judged.
         let mean = judged.iter().map(|row| passing[*row]).sum::<f64>() / judged.len() as f64;
         for row in &judged {
             passing[*row] /= mean;
@@ -80,9 +83,9 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
     }
 }
 
-/// Whether the residuals look like normal noise with something else in it: a reading stands far out, or the middle of
-/// the distances is too small for their mean square (outliers that the fit follows hide from the first question), or
-/// a test's residuals lean to one side (many that are wrong the same way hide from both).
+/// Whether the residuals look like normal noise with something else in it. A reading may be far out. The median of
+/// the distances may be too small for their mean square (the fit follows outliers and hides them from the first
+/// check). Or a test's residuals may lean to one side (many errors in the same direction hide from both checks).
 fn suspicious(fit: &Fit<'_>, solution: &Solution, weights: &[f64], judged: &[usize]) -> bool {
     if !far(fit, solution, weights, judged).is_empty() {
         return true;
@@ -97,7 +100,7 @@ fn suspicious(fit: &Fit<'_>, solution: &Solution, weights: &[f64], judged: &[usi
     rms > LEAST_LIMIT_MM && SIGMA_PER_MEDIAN * median < TOO_PEAKED * rms
 }
 
-/// The middle one of the judged rows' distances.
+/// The median of the judged rows' distances.
 fn median(distances: &[f64], judged: &[usize]) -> Option<f64> {
     let mut sizes: Vec<f64> = judged.iter().map(|row| distances[*row]).collect();
     if sizes.is_empty() {
@@ -108,7 +111,7 @@ fn median(distances: &[f64], judged: &[usize]) -> Option<f64> {
     Some(*median)
 }
 
-/// Whether a judged test's residuals, offsets taken out, lean to one side.
+/// Whether a judged test's residuals, without offsets, lean to one side.
 fn skewed(fit: &Fit<'_>, solution: &Solution, weights: &[f64]) -> bool {
     let residuals = solution.residuals_mm.as_slice();
     let offsets = fit.observations.offsets(weights, residuals);
@@ -128,7 +131,7 @@ fn skewed(fit: &Fit<'_>, solution: &Solution, weights: &[f64]) -> bool {
     )
 }
 
-/// Every row's distance from the fit, offsets (by `passing`) taken out, in units of its own test's readings.
+/// Every row's distance from the fit, without offsets (by `passing`), in units of its own test's readings.
 fn distances(fit: &Fit<'_>, solution: &Solution, passing: &[f64], weights: &[f64]) -> Vec<f64> {
     let residuals = solution.residuals_mm.as_slice();
     let offsets = fit.observations.offsets(passing, residuals);
@@ -141,8 +144,8 @@ fn distances(fit: &Fit<'_>, solution: &Solution, passing: &[f64], weights: &[f64
     distances
 }
 
-/// The judged rows that stand out, ascending. A test that scatters more than all together is judged by its own scatter:
-/// what all its readings share is no outlier.
+/// The judged rows that are far out, ascending. A test that scatters more than all together is judged by its own
+/// scatter: an error that all its readings share is not an outlier.
 fn far(fit: &Fit<'_>, solution: &Solution, passing: &[f64], judged: &[usize]) -> Vec<usize> {
     let distances = distances(fit, solution, passing, &fit.observations.weights);
     let Some(of_all) = median(&distances, judged) else { return Vec::new() };

@@ -1,51 +1,51 @@
-//! What a metrologist would ask about a run that can be evaluated.
+//! Questions of a metrologist about a run that can be evaluated.
 
 use super::identify::Outlier;
 use super::{BallBarRun, BallBarTest, Observed};
 use crate::machine::Machine;
 
-/// Something that makes a run less trustworthy than its numbers say.
+/// A fact that makes a run less trustworthy than its numbers show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RunWarning {
-    /// The axis turned one way only: play and friction are not seen.
+    /// The axis turned one way only: play and friction do not show.
     SingleSweep {
         /// The test.
         test: usize,
     },
-    /// One sweep has an angle twice.
+    /// One sweep has the same angle twice.
     DuplicateAngle {
         /// The test.
         test: usize,
-        /// The second reading at it.
+        /// The second reading at that angle.
         reading: usize,
         /// The angle \[deg\], kinematic.
         angle_deg: f64,
     },
-    /// The readings cover little of a turn.
+    /// The readings cover only a small part of a turn.
     SmallArc {
         /// The test.
         test: usize,
-        /// From the least to the largest angle \[deg\].
+        /// From the smallest to the largest angle \[deg\].
         arc_deg: f64,
     },
     /// Readings outside the axis' travel.
     OutsideTravel {
         /// The test.
         test: usize,
-        /// How many.
+        /// Number of readings.
         readings: usize,
     },
-    /// Everything so small that mm may have been given as µm.
+    /// All values are so small that they may be mm given in a field for µm.
     SuspiciouslySmall {
         /// Largest magnitude \[mm\].
         largest_mm: f64,
     },
-    /// More than a ball bar measures.
+    /// The values exceed the range of a ball bar.
     SuspiciouslyLarge {
         /// Largest magnitude \[mm\].
         largest_mm: f64,
     },
-    /// The axis is on the head, and the ball stands at the gauge point: no tool length was given.
+    /// The axis is on the head, and the ball is at the gauge point: no tool length was given.
     NoToolLength {
         /// The test.
         test: usize,
@@ -54,39 +54,40 @@ pub enum RunWarning {
     OutliersLeftOut {
         /// The test.
         test: usize,
-        /// How many.
+        /// Number of readings.
         readings: usize,
     },
-    /// So many readings of a test left out that the others may be the wrong ones.
+    /// So many readings of a test were left out that the others may be the wrong ones.
     ManyOutliers {
         /// The test.
         test: usize,
-        /// How many.
+        /// Number of readings left out.
         left_out: usize,
-        /// Of so many.
+        /// Number of readings in the test.
         readings: usize,
     },
-    /// The tests hardly tell some errors apart.
+    /// The tests hardly separate some errors.
     IllConditioned {
         /// Condition number.
         condition_number: f64,
     },
 }
 
-/// Less than this of a turn is a small arc \[deg\].
+/// An arc below this is small \[deg\].
 const SMALL_ARC_DEG: f64 = 90.0;
-/// A sweep goes at least this far one way \[deg\]; less is the axis settling.
+/// A sweep is at least this far in one direction \[deg\]. A shorter motion is the axis settling.
 const SWEEP_DEG: f64 = 5.0;
-/// Magnitudes below this are no machine's \[mm\]: half the repeatability of a good one.
+/// Magnitudes below this are not plausible for a machine \[mm\]: half the repeatability of a good machine.
 const SMALL_MM: f64 = 0.5e-3;
 /// Range of common ball bars either way \[mm\].
 const BAR_RANGE_MM: f64 = 1.0;
-/// One reading in so many left out is many: where a third agree to be wrong, the fit may side with them.
+/// One reading in this number, or more, left out is many. If a third agree in a wrong value, the fit may side
+/// with them.
 const MANY_OUTLIERS: usize = 5;
 /// Tests of a good plan stay below 10.
 const ILL_CONDITION: f64 = 1000.0;
 
-/// Everything worth a question.
+/// All warnings of a run.
 pub(super) fn warnings(
     machine: &Machine,
     run: &BallBarRun,
@@ -162,7 +163,7 @@ fn of_angles(machine: &Machine, index: usize, test: &BallBarTest, warnings: &mut
     }
 }
 
-/// How many times the axis went one way, settling apart.
+/// Number of sweeps in one direction, without settling.
 fn sweeps(angles_deg: &[f64]) -> usize {
     let Some(first) = angles_deg.first() else { return 0 };
     let (mut sweeps, mut sense, mut turning_deg) = (0, 0.0, *first);
@@ -179,7 +180,7 @@ fn sweeps(angles_deg: &[f64]) -> usize {
     sweeps
 }
 
-/// The first reading at the angle of the one before it, where the axis did not turn back between them.
+/// The first reading at the angle of the one before it, if the axis did not reverse between them.
 fn duplicate(angles_deg: &[f64]) -> Option<usize> {
     let same_deg = BallBarRun::SAME_ANGLE_RAD.to_degrees();
     (1..angles_deg.len()).find(|index| {

@@ -4,13 +4,13 @@ use super::CutterContact;
 use crate::geometry::{GreatCircle, Vec3, across};
 use crate::machine::Tool;
 
-/// The contact's way over the tool along one block, by the block's fraction u.
+/// The path of the contact over the tool along one block, by the block's fraction u.
 ///
 /// The normal moves on the great circle **in W**: the surface does not turn with the table. The direction across
 /// the tool axis is the normal's projection across the *actual* axis.
 #[derive(Debug, Clone, Copy)]
 pub enum Carry {
-    /// The tip stands for the contact.
+    /// The tip is used as the contact.
     Tip,
     /// By the normal.
     Normal {
@@ -19,7 +19,8 @@ pub enum Carry {
         /// |n| at start and end.
         magnitude: [f64; 2],
     },
-    /// As a carried offset: axial and radial length linear, the inward direction on its great circle.
+    /// As a carried offset: the axial and radial lengths change linearly, the inward direction follows its great
+    /// circle.
     Offset {
         /// Along t at start and end \[mm\].
         axial_mm: [f64; 2],
@@ -35,11 +36,11 @@ pub enum Carry {
 pub struct CarriedContact {
     /// `c − w` \[mm\].
     pub offset_mm: Vec3,
-    /// The surface normal, where the carry knows one.
+    /// The surface normal, if the carry has one.
     pub normal: Option<Vec3>,
 }
 
-/// A projection across the axis shorter than this has no direction left.
+/// A projection across the axis shorter than this has no direction.
 const NO_DIRECTION: f64 = 1e-12;
 
 impl Carry {
@@ -55,7 +56,7 @@ impl Carry {
             _ => {
                 let [(a0, r0, mut m0), (a1, r1, mut m1)] =
                     [as_offset(tool, contacts[0], axes[0]), as_offset(tool, contacts[1], axes[1])];
-                // A contact on the tool's own axis lies on no side: it takes the other end's.
+                // A contact on the tool's own axis is on no side: it takes the side of the other end.
                 if r0 < CutterContact::ON_AXIS_MM {
                     m0 = m1;
                 } else if r1 < CutterContact::ON_AXIS_MM {

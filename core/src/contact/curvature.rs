@@ -1,4 +1,4 @@
-//! A bound on the contact path's second derivative, so that samples speak for what lies between them.
+//! A bound on the second derivative of the contact path, so that samples bound the values between them.
 
 use super::{Carry, Segment, SourceBlock, Station};
 use crate::geometry::Vec3;
@@ -6,23 +6,23 @@ use crate::kinematics::Kinematics;
 use crate::machine::Tool;
 use crate::motion::Interpolation;
 
-/// How the contact swings over the tool during a stretch of motion, as far as a bound needs to know.
+/// How the contact swings over the tool during a stretch of motion: the values that a bound needs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Swing {
-    /// The tip stands for the contact.
+    /// The tip is used as the contact.
     Tip,
-    /// By its normal: the arc it runs, its directions and lengths at the ends.
+    /// By its normal: the angle it turns, its directions and lengths at the ends.
     Normal {
-        /// Angle run \[rad\].
+        /// Angle turned \[rad\].
         arc_rad: f64,
         /// n at both ends.
         directions: [Vec3; 2],
         /// |n| at both ends of the stretch.
         magnitude: [f64; 2],
     },
-    /// As a carried offset: likewise for m, with axial and radial lengths at the ends.
+    /// As a carried offset: the same for m, with axial and radial lengths at the ends.
     Offset {
-        /// Angle run \[rad\].
+        /// Angle turned \[rad\].
         arc_rad: f64,
         /// m at both ends.
         directions: [Vec3; 2],
@@ -37,7 +37,7 @@ impl SourceBlock<'_> {
     /// An upper bound on `|c″|` \[mm\], derivatives by the segment's own fraction s in [0, 1] (§2 "Between
     /// samples"): with N equal steps the true maximum is at most the sampled one plus `|c″|/(8N²)`.
     ///
-    /// `None` where no bound exists: the contact's side may swing right round while the normal passes near the
+    /// `None` if no bound exists: the side of the contact may turn right round while the normal passes near the
     /// tool axis. Valid for table, head and mixed machines: the tip's own share comes from
     /// [`crate::kinematics::Kinematics::tip_curvature_bound_mm`].
     #[must_use]
@@ -103,11 +103,11 @@ pub(crate) fn curvature_bound_mm(
     }
 }
 
-/// Bounds on |m′| and |m″| for m the projection, across the turning axis, of a direction that runs `arc`:
-/// with Ψ = Ω + arc and s = sin(min over both ends of (ψ, π − ψ) − Ψ/2):
-/// `|m″| ≤ √5·Ψ²/s² + 2ΩΨ/s + Ω²`. `None` where that angle is not positive.
+/// Bounds on |m′| and |m″|. m is the projection, across the turning axis, of a direction that turns by `arc`.
+/// With Ψ = Ω + arc and s = sin(min over both ends of (ψ, π − ψ) − Ψ/2): `|m″| ≤ √5·Ψ²/s² + 2ΩΨ/s + Ω²`. `None`
+/// if that angle is not positive.
 ///
-/// s is taken a little too small, by `cos(Ψ/2) ≥ 1 − Ψ²/8` and `sin(Ψ/2) ≤ Ψ/2`, which spares the trigonometry.
+/// s is taken slightly too small, by `cos(Ψ/2) ≥ 1 − Ψ²/8` and `sin(Ψ/2) ≤ Ψ/2`, to save the trigonometry.
 fn side_curvature(ends: [&Station; 2], directions: &[Vec3; 2], turn: f64, arc: f64) -> Option<(f64, f64)> {
     let swing = turn + arc;
     let half = 0.5 * swing;

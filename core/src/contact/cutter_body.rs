@@ -8,10 +8,10 @@ use crate::machine::Tool;
 use crate::units::Length;
 
 /// The solid of a cutter (R, r): flat end of radius R − r, round corner r, cylindrical flank R up to the cutting
-/// length ℓ above the tip, closed there by a flat top. What is above (shank, holder) is not part of it.
+/// length ℓ above the tip, closed there by a flat top. Parts above it (shank, holder) do not belong to it.
 ///
-/// It is convex, so its signed distance (negative inside) is a convex function of the point, and never changes by
-/// more than the point moves.
+/// It is convex. Its signed distance (negative inside) is therefore a convex function of the point, and never
+/// changes by more than the point moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutterBody {
     tool: Tool,
@@ -22,10 +22,10 @@ pub struct CutterBody {
     length_mm: f64,
 }
 
-/// Why a cutter has no such body.
+/// Why a cutter has no valid body.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum CutterBodyFault {
-    /// The flank does not reach above the corner, or is no sensible length.
+    /// The flank does not reach above the corner, or its length is not plausible.
     #[error(
         "cutting length {cutting_length_mm:e} mm is not between the corner radius {corner_radius_mm} mm and {max_mm} mm"
     )]
@@ -42,18 +42,18 @@ pub enum CutterBodyFault {
 /// Signed distance and its derivatives in the half plane through the tool axis.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ProfileDistance {
-    /// Negative inside \[mm\].
+    /// Signed distance, negative inside \[mm\].
     pub(crate) distance_mm: f64,
-    /// By the distance from the axis.
+    /// Derivative by the distance from the axis.
     pub(crate) radial: f64,
-    /// By the height above the tip.
+    /// Derivative by the height above the tip.
     pub(crate) axial: f64,
 }
 
 impl CutterBody {
-    /// The largest cutting length taken for real \[mm\].
+    /// The largest cutting length accepted \[mm\].
     pub const MAX_CUTTING_LENGTH_MM: f64 = 4000.0;
-    /// Cutting length in cutter radii where none is stated.
+    /// Default cutting length, in cutter radii.
     pub const DEFAULT_LENGTH_IN_RADII: f64 = 4.0;
 
     /// The body of `tool` with a flank up to `cutting_length` above the tip.
@@ -89,7 +89,7 @@ impl CutterBody {
         }
     }
 
-    /// The cutter whose body it is.
+    /// The cutter of this body.
     #[must_use]
     pub fn tool(&self) -> &Tool {
         &self.tool
@@ -113,7 +113,7 @@ impl CutterBody {
         self.core_mm
     }
 
-    /// How far above the tip the body ends \[mm\].
+    /// Height of the body above the tip \[mm\].
     #[must_use]
     pub fn cutting_length_mm(&self) -> f64 {
         self.length_mm
@@ -126,8 +126,8 @@ impl CutterBody {
         self.profile(radial_mm, axial_mm).distance_mm
     }
 
-    /// Signed distance \[mm\] and its gradient: a unit vector in W, away from the body. On the axis and on edges, where
-    /// there are many, one of them.
+    /// Signed distance \[mm\] and its gradient, a unit vector in W away from the body. On the axis and on edges,
+    /// which have many gradients, one of them.
     #[must_use]
     pub fn distance_and_gradient(&self, pose: &ToolPose, point_mm: Vec3) -> (f64, Vec3) {
         let (across, radial_mm, axial_mm) = place(pose, point_mm);
@@ -180,7 +180,7 @@ fn place(pose: &ToolPose, point_mm: Vec3) -> (Vec3, f64, f64) {
     (across, across.norm(), axial_mm)
 }
 
-/// Some unit vector across `axis`, repeatably.
+/// A unit vector across `axis`, always the same one for the same axis.
 fn any_across(axis: Vec3) -> Vec3 {
     let least = if axis.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     (least - axis * least.dot(&axis)).normalize()
@@ -190,7 +190,7 @@ fn any_across(axis: Vec3) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// Rounding of a few operations on lengths of some ten millimetres \[mm\].
+    /// Rounding of a few operations on lengths of ten to twenty millimetres \[mm\].
     const ROUNDING_MM: f64 = 1e-13;
 
     fn body(radius_mm: f64, corner_mm: f64, length_mm: f64) -> CutterBody {
@@ -238,7 +238,7 @@ mod tests {
     fn distance_is_convex_keeps_its_slope_and_its_gradient_is_its_derivative() {
         /// Central difference over this step \[mm\].
         const STEP_MM: f64 = 1e-6;
-        /// Its own error, and points that straddle a fold are left out.
+        /// The error of the central difference. Points on both sides of a fold are left out.
         const DERIVATIVE: f64 = 1e-5;
         let pose = ToolPose { tip_mm: Vec3::new(0.3, -0.2, 0.1), axis: Vec3::new(0.36, -0.48, 0.8) };
         let mut state = 1_u64;

@@ -6,24 +6,24 @@ use crate::geometry::{Vec3, across, angle_between};
 use crate::kinematics::ToolPose;
 use crate::machine::Tool;
 
-/// A normal this close to the tool axis leaves the direction across it open \[rad\]: six-decimal normals turn
-/// by a tenth of a radian there.
+/// A normal this close to the tool axis leaves the direction across it undetermined \[rad\]: there the rounding of
+/// six decimals turns that direction by a tenth of a radian.
 const OPEN_ANGLE_RAD: f64 = 1e-5;
 /// Cosine between normal and tool axis below which the contact is an undercut: three-decimal contact words on a
 /// 1 mm radius turn a side-milling normal by this much.
 const UNDERCUT_COSINE: f64 = -1e-3;
 
-/// Where a tool touches the part at one program point, relative to the tip.
+/// The point at which a tool touches the part at one program point, relative to the tip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum CutterContact {
-    /// On the tool, by its surface normal; `magnitude` (1 but for rounding) keeps the stated point exact.
+    /// On the tool, by its surface normal. `magnitude` (1 except for rounding) keeps the stated point exact.
     Normal {
         /// Unit normal out of the part, in W.
         direction: Vec3,
         /// |n| as the stated point gives it.
         magnitude: f64,
     },
-    /// Carried as it is: `c = w + axial·t − radial·inward`.
+    /// Carried unchanged: `c = w + axial·t − radial·inward`.
     Offset {
         /// Along the tool axis \[mm\].
         axial_mm: f64,
@@ -32,12 +32,12 @@ pub enum CutterContact {
         /// Unit, across t, from the contact toward the axis (m of the shared notation).
         inward: Vec3,
     },
-    /// The tool tip itself stands for the contact.
+    /// The tool tip itself is used as the contact.
     Tip,
 }
 
 impl CutterContact {
-    /// A contact this close to the tool's axis lies on no side of it \[mm\].
+    /// A contact this close to the tool's axis is on no side of it \[mm\].
     pub const ON_AXIS_MM: f64 = 5e-6;
 
     /// The contact relative to the tip, `c − w` \[mm\], with the tool axis at that point.
@@ -59,29 +59,31 @@ impl CutterContact {
     }
 }
 
-/// A contact with what a report has to say about it.
+/// A contact, with the facts that a report needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
-    /// Where the tool touches.
+    /// The contact of the tool.
     pub contact: CutterContact,
-    /// Distance of the stated point from the tool's surface \[mm\]; 0 where it is on it by construction.
+    /// Distance of the stated point from the tool's surface \[mm\]; 0 if it is on the surface by construction.
     pub off_tool_mm: f64,
-    /// The normal lies along the axis of a bull-nose or flat cutter: its whole flat touches, on no side, and the tip stands
-    /// for it.
+    /// The normal lies along the axis of a bull-nose or flat cutter. Its whole flat touches, on no side, and the
+    /// tip is used as the contact.
     pub is_open: bool,
 }
 
-/// Why a stated contact cannot be one.
+/// Why a stated contact is not valid.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ContactFault {
-    /// The surface looks away from the tool: an undercut.
-    #[error("the contact normal points {angle_deg:.3}° away from the tool axis: an undercut")]
+    /// The surface faces away from the tool: an undercut.
+    #[error(
+        "the contact normal is {angle_deg:.3}° from the tool axis, more than 90°: an undercut; check the sign of the normal or the tool axis"
+    )]
     Undercut {
         /// Angle between normal and tool axis \[deg\].
         angle_deg: f64,
     },
     /// A normal without a direction.
-    #[error("the contact normal has length {length}")]
+    #[error("the contact normal has length {length}; give a normal with a direction")]
     ZeroNormal {
         /// Length given.
         length: f64,
@@ -93,7 +95,7 @@ impl Touch {
     /// round away.
     pub const ON_TOOL_MM: f64 = 0.005;
 
-    /// The tool tip stands for the contact.
+    /// The tool tip is used as the contact.
     pub const TIP: Self = Self { contact: CutterContact::Tip, off_tool_mm: 0.0, is_open: false };
 
     /// The contact of `tool` at a point where the part's normal is `normal` (any length), in W.
@@ -115,8 +117,8 @@ impl Touch {
         Ok(Self { contact, off_tool_mm: 0.0, is_open: false })
     }
 
-    /// The contact of `tool` stated by the point `contact_mm` in W (§2 "Back from a contact point"): by its
-    /// normal where the point lies on a corner of the tool, else as a carried offset.
+    /// The contact of `tool` stated by the point `contact_mm` in W (§2 "Back from a contact point"): by its normal
+    /// if the point is on a corner of the tool, otherwise as a carried offset.
     ///
     /// # Errors
     /// A point on the tool whose normal points away from it (n·t < 0, an undercut).
@@ -140,7 +142,7 @@ impl Touch {
         let scaled_normal = to_tip + pose.axis * corner - inward * core;
         let length = scaled_normal.norm();
         let off_tool_mm = (length - corner).abs();
-        // Nearer to the corner's centre than to its surface there is no normal worth the name.
+        // Nearer to the corner's centre than to its surface, a normal is not meaningful.
         if off_tool_mm > Self::ON_TOOL_MM || length < 0.5 * corner {
             return Ok(carried(off_tool_mm));
         }
@@ -159,7 +161,7 @@ fn check_undercut(direction: Vec3, axis: Vec3) -> Result<(), ContactFault> {
     Ok(())
 }
 
-/// A side for a contact on the tool's own axis, which lies on none: the same one for the same axis.
+/// A side for a contact on the tool's own axis, which has none: the same side for the same axis.
 fn any_side(axis: Vec3) -> Vec3 {
     across(Vec3::x(), axis)
         .try_normalize(0.1)

@@ -1,4 +1,4 @@
-//! How far the contact point is from its line (P0 eq. (12)).
+//! The distance of the contact point from its line (P0 eq. (12)).
 
 use super::{Segment, SourceBlock};
 use crate::geometry::Vec3;
@@ -14,7 +14,7 @@ pub struct ContactLine {
     pub length_mm: f64,
 }
 
-/// A line shorter than this is a point: the deviation is then the distance from it \[mm\].
+/// A line shorter than this is a point. The deviation is then the distance from that point \[mm\].
 const POINT_LENGTH_MM: f64 = 1e-9;
 
 impl ContactLine {
@@ -47,7 +47,7 @@ impl ContactLine {
 pub struct Deviation {
     /// ε \[mm\], never negative.
     pub distance_mm: f64,
-    /// The part of it along the surface normal \[mm\]: + excess, − gouge. 0 where no normal is known.
+    /// The part of it along the surface normal \[mm\]: + excess, − gouge. 0 if no normal is known.
     pub along_normal_mm: f64,
 }
 

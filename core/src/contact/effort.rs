@@ -1,33 +1,34 @@
-//! How much may be computed for one program, and whether it is still wanted.
+//! Limits on the computation for one program, and whether its result is still wanted.
 
 use std::ops::ControlFlow;
 
 use crate::surface::Pace;
 
-/// Asked again after so many evaluations of the deviation, or what takes as long: a few milliseconds at most.
+/// Asks whether to stop after this number of evaluations of the deviation, or other work of the same duration: a
+/// few milliseconds at most.
 const ASK_EVERY: u64 = 2048;
 
 /// Why an effort is over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EffortEnd {
-    /// Nobody waits for the result any more.
+    /// The caller no longer waits for the result.
     Unwanted,
-    /// It took more evaluations than it may.
+    /// The work took more evaluations than allowed.
     Spent {
         /// Most evaluations.
         most: u64,
     },
-    /// Its searches on a surface took more steps than they may.
+    /// Its searches on a surface took more steps than allowed.
     Searched {
         /// Most steps.
         most: u64,
     },
 }
 
-/// Counts what the work on a program takes, and asks now and then whether to go on.
+/// Counts the work on a program, and asks at intervals whether to continue.
 ///
-/// Once it is over, everything that works with it gives up as quickly as it can, and what it returns then means nothing:
-/// callers look at [`Self::end`] before anything else.
+/// After its end, everything that uses it stops as soon as it can, and returns meaningless values: callers must
+/// look at [`Self::end`] first.
 pub struct Effort<'s> {
     evaluations: u64,
     most: u64,
@@ -39,7 +40,7 @@ pub struct Effort<'s> {
 }
 
 impl<'s> Effort<'s> {
-    /// An effort of at most `most` evaluations. It ends as well when `stop` breaks.
+    /// An effort of at most `most` evaluations. It also ends when `stop` breaks.
     #[must_use]
     pub fn new(stop: &'s (dyn Fn() -> ControlFlow<()> + Sync), most: u64) -> Self {
         Self {
@@ -53,7 +54,7 @@ impl<'s> Effort<'s> {
         }
     }
 
-    /// The same effort, whose searches on surfaces may take at most `surface_steps` steps.
+    /// The same effort, with at most `surface_steps` steps of searches on surfaces.
     #[must_use]
     pub fn searching_at_most(self, surface_steps: u64) -> Self {
         Self { most_surface_steps: surface_steps, ..self }
@@ -69,7 +70,7 @@ impl<'s> Effort<'s> {
         self.pass(evaluations);
     }
 
-    /// Other work that takes as long as so many evaluations.
+    /// Counts other work that takes as long as this number of evaluations.
     #[inline]
     pub fn pass(&mut self, evaluations: u64) {
         self.unasked += evaluations;
@@ -93,13 +94,13 @@ impl<'s> Effort<'s> {
         self.evaluations
     }
 
-    /// Why it is over, if it is.
+    /// Why the effort has ended, if it has.
     #[must_use]
     pub const fn end(&self) -> Option<EffortEnd> {
         self.end
     }
 
-    /// Whether it is over.
+    /// Whether the effort has ended.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.end.is_some()
@@ -120,7 +121,7 @@ impl Pace for Effort<'_> {
 }
 
 impl Default for Effort<'_> {
-    /// Without end.
+    /// An effort without limits.
     fn default() -> Self {
         Self::new(&|| ControlFlow::Continue(()), u64::MAX)
     }

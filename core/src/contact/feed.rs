@@ -5,20 +5,21 @@ use crate::geometry::Vec3;
 use crate::motion::{AxisWords, FeedMode, FeedPath, FeedPaths};
 use crate::units::S_PER_MIN;
 
-/// A linear path shorter than this is none: the block is purely rotary \[mm or inch\].
+/// A linear path shorter than this has no length: the block is purely rotary \[mm or inch\].
 const PURELY_ROTARY_UNITS: f64 = 1e-9;
 
-/// What a block's time depends on.
+/// The values on which a block's time depends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockTime {
-    /// Length that an F which is a speed is measured along, in program units (mm or inch).
+    /// The length along which an F as a speed counts, in program units (mm or inch).
     pub path_units: f64,
     /// Largest rotary travel \[deg\].
     pub turn_deg: f64,
 }
 
 impl BlockTime {
-    /// Of a segment of a block; a program unit is `mm_per_unit` millimetres, and a speed counts along `paths`.
+    /// The values of a segment of a block. A program unit is `mm_per_unit` millimetres, and a speed counts along
+    /// `paths`.
     #[must_use]
     pub fn of(block: &SourceBlock<'_>, segment: &Segment, mm_per_unit: f64, paths: FeedPaths) -> Self {
         let [a, b] = segment.ends;
@@ -31,8 +32,8 @@ impl BlockTime {
         }
     }
 
-    /// Of a motion between words whose X Y Z are what a speed counts along: the axes', or the tip's under
-    /// tool-centre-point control.
+    /// The values of a motion between words whose X Y Z are the path along which a speed counts: of the axes, or of
+    /// the tip under tool-centre-point control.
     #[must_use]
     pub fn of_words(ends: [&AxisWords; 2], mm_per_unit: f64) -> Self {
         let [a, b] = ends;
@@ -47,14 +48,15 @@ impl BlockTime {
         self.path_units <= PURELY_ROTARY_UNITS
     }
 
-    /// What F counts along: program units, or degrees where the block is purely rotary.
+    /// The length along which F counts: program units, or degrees if the block is purely rotary.
     fn travel(&self) -> f64 {
         if self.is_purely_rotary() { self.turn_deg } else { self.path_units }
     }
 }
 
-/// The time τ of a block \[s\] for `feed` in program units per minute (§2, P0's steps): `60·D/F` in G94, `60/F` in G93, `60·max|Δθ|/F` where it is purely
-/// rotary. `None` in G95, where the spindle speed decides, or where F is not positive.
+/// The time τ of a block \[s\] for `feed` in program units per minute (§2, P0's steps): `60·D/F` in G94, `60/F` in
+/// G93, `60·max|Δθ|/F` if it is purely rotary. `None` in G95, where the spindle speed decides, or if F is not
+/// positive.
 #[must_use]
 pub fn block_time_s(mode: FeedMode, feed: f64, time: &BlockTime) -> Option<f64> {
     if feed.is_nan() || feed <= 0.0 {
@@ -67,10 +69,10 @@ pub fn block_time_s(mode: FeedMode, feed: f64, time: &BlockTime) -> Option<f64> 
     }
 }
 
-/// The F value of an inserted block of share `share` of the source block, so that it takes `τ·share`:
-/// G93 `F/Δu`; G94 and G95 `F·travel_j/(travel·Δu)`, which is `60·|Δq_j|/τ_j`.
+/// The F value of an inserted block with the share `share` of the source block, so that it takes `τ·share`: G93
+/// `F/Δu`; G94 and G95 `F·travel_j/(travel·Δu)`, which is `60·|Δq_j|/τ_j`.
 ///
-/// `None` where the source block has no travel that F could be measured along.
+/// `None` if the source block has no travel along which F counts.
 #[must_use]
 pub fn feed_word(mode: FeedMode, feed: f64, source: &BlockTime, part: &BlockTime, share: f64) -> Option<f64> {
     let value = match mode {

@@ -1,10 +1,11 @@
-//! The contact from the part: where a cutter at a pose touches a mesh.
+//! The contact from the part: the point at which a cutter at a pose touches a mesh.
 //!
-//! Two steps. First the point of the mesh that is nearest to the cutter, by the least signed distance from its body
-//! over all facets. On facets that point is off along the surface by as much as a facet's lean times the cutter's
-//! radius. So in a second step the point p moves over the mesh until the cutter's point of normal n(p), with n the
-//! smoothed normal, stands over p itself: `F = c(n) − p` along the surface is 0. With the mesh's curvature K and the
-//! cutter's `C = r I + (R − r)/sin ψ · b bᵀ` (ψ between n and t, b across both) a step of Newton's is `(I + C K) δ = F`.
+//! The search has two steps. The first finds the point of the mesh nearest to the cutter, by the least signed
+//! distance from its body over all facets. On facets, this point is wrong along the surface by up to a facet's tilt
+//! times the cutter's radius. In the second step, the point p therefore moves over the mesh until the cutter's
+//! point with normal n(p) is over p itself, with n the smoothed normal: `F = c(n) − p` along the surface is 0. With
+//! the mesh's curvature K and the cutter's `C = r I + (R − r)/sin ψ · b bᵀ` (ψ between n and t, b across both) a
+//! step of Newton's method is `(I + C K) δ = F`.
 
 use std::sync::Arc;
 
@@ -15,64 +16,66 @@ use crate::machine::Tool;
 use crate::surface::{Mesh, MeshPoint, Pace, nearest_weights};
 use crate::units::Length;
 
-/// A part's nominal surface in W, and how near a cutter must come to touch it.
+/// A part's nominal surface in W, and the distance within which a cutter touches it.
 #[derive(Debug, Clone)]
 pub struct PartSurface {
     /// The surface.
     pub mesh: Arc<Mesh>,
-    /// A cutter touches where it is no farther above or inside the facets than this.
+    /// Largest distance above or inside the facets at which a cutter touches.
     pub contact_gap: Length,
 }
 
 impl PartSurface {
-    /// The gap where none is stated: facets, rounding and a program's own tolerance.
+    /// The default gap: facets, rounding and a program's own tolerance.
     pub const DEFAULT_CONTACT_GAP: Length = Length::from_mm(0.1);
 }
 
 impl PartialEq for PartSurface {
-    /// The same mesh in memory.
+    /// Whether both are the same mesh in memory.
     fn eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.mesh, &other.mesh) && self.contact_gap == other.contact_gap
     }
 }
 
-/// Where a cutter touches a mesh.
+/// The point at which a cutter touches a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceContact {
-    /// The place on the mesh.
+    /// The point on the mesh.
     pub place: MeshPoint,
-    /// Unit normal of the part in the contact: the mesh's smoothed one, on a real edge the cutter's.
+    /// Unit normal of the part at the contact: the smoothed normal of the mesh, or on a real edge the normal of the
+    /// cutter.
     pub normal: Vec3,
-    /// Signed distance between cutter and mesh along the normal, negative where the cutter is inside \[mm\]. It holds
-    /// the distance between the facets and the surface they stand for.
+    /// Signed distance between cutter and mesh along the normal, negative if the cutter is inside \[mm\]. It
+    /// includes the distance between the facets and the true surface.
     pub gap_mm: f64,
-    /// Whether the contact is on an edge, a corner or a rim, where the part has no one normal.
+    /// Whether the contact is on an edge, a corner or a rim, where the part has more than one normal.
     pub on_edge: bool,
 }
 
-/// How much farther away than the nearest place the search may start, of the contact gap.
+/// The search may start farther away than the nearest point by this share of the contact gap.
 const SLACK: f64 = 0.25;
-/// The contact's way over the mesh is followed to this [mm] …
+/// The contact on the mesh is iterated until it moves by less than this [mm].
 const SETTLED_MM: f64 = 1e-7;
-/// … and where it stays above this there is an edge [mm].
+/// If it still moves by more than this, there is an edge [mm].
 const EDGE_MM: f64 = 1e-5;
 const MAX_STEPS: usize = 20;
-/// A normal this close to the tool axis (sine) leaves the side open: the flat end touches.
+/// A normal this close to the tool axis (sine) leaves the side undetermined: the flat end touches.
 const FLAT_SINE: f64 = 1e-6;
-/// A normal this far across the tool axis (cosine) above the corner touches the flank.
+/// A normal this nearly across the tool axis (cosine), above the corner, touches the flank.
 const FLANK_COSINE: f64 = 0.01;
-/// One search looks at this number of facets closely. It then skips every facet that lies wholly behind the tangent plane at the
-/// best place found, because such a facet has no nearer point. A sound part never makes a search reach this number.
+/// One search looks at this number of facets closely. It then skips every facet that lies wholly behind the tangent
+/// plane at the best point found, because such a facet has no nearer point. On a sound part no search reaches this
+/// number.
 const CROWD: u32 = 256;
-/// Looks at the cutter besides the halvings of a facet's three sides.
+/// Evaluations of the cutter for each facet, without the halvings of its three sides.
 const FACET_STEPS: u64 = 5;
-/// A feed this close to the normal (sine) has no direction along the part but that of rounding.
+/// A feed this close to the normal (sine) has no direction along the part except rounding.
 const ALONG_NORMAL_SINE: f64 = 1e-9;
 
-/// Where `tool` at `pose` touches the part, if it is no farther away than the part's contact gap.
+/// The contact of `tool` at `pose` with the part, if the distance is within the part's contact gap.
 ///
-/// The body's flank reaches four radii above the tip. A cutter deeper inside than the gap does not touch, it gouges. What is
-/// returned means nothing where `pace` broke off.
+/// The body's flank reaches four radii above the tip. A cutter that is inside by more than the gap does not touch,
+/// it gouges. The result means nothing if `pace` broke off.
 #[must_use]
 pub fn contact_on_surface(
     part: &PartSurface,
@@ -82,7 +85,7 @@ pub fn contact_on_surface(
 ) -> Option<SurfaceContact> {
     let body = CutterBody::with_default_length(tool);
     let within_mm = part.contact_gap.mm();
-    // a place that is not about as near as the nearest one belongs to another side of an edge
+    // A point that is not about as near as the nearest one belongs to another side of an edge.
     let doubt_mm = part.mesh.chordal_tolerance_mm().max(0.5 * within_mm);
     let mut find = |slack_mm: f64| {
         let nearest = nearest_to_cutter(&part.mesh, &body, pose, within_mm, slack_mm, pace)?;
@@ -91,7 +94,7 @@ pub fn contact_on_surface(
             .filter(|found| (found.gap_mm - distance_mm).abs() <= doubt_mm);
         Some((settled, SurfaceContact { place: nearest, normal: -away, gap_mm: distance_mm, on_edge: true }))
     };
-    // near the nearest place is near enough, unless there is an edge
+    // A point near the nearest one is enough, unless there is an edge.
     let (near, _) = find(SLACK * within_mm)?;
     let found = if let Some(settled) = near {
         settled
@@ -102,11 +105,12 @@ pub fn contact_on_surface(
     (found.gap_mm.abs() <= within_mm).then_some(found)
 }
 
-/// The point of a mesh with the least signed distance from a cutter's body, to `slack_mm`, where it is below
+/// The point of a mesh with the least signed distance from a cutter's body, to within `slack_mm`, if it is below
 /// `below_mm`.
 ///
-/// The distance is convex: it lies nowhere below its tangent at the middle of a box or of a facet, nor below the one at the
-/// nearest place so far. The latter rules out facets that lie one on another. Nothing is found where `pace` breaks off.
+/// The distance is convex. It is nowhere below its tangent at the middle of a box or of a facet, nor below the
+/// tangent at the nearest point so far. The latter excludes facets that lie on top of each other. Nothing is found
+/// if `pace` breaks off.
 #[must_use]
 pub fn nearest_to_cutter(
     mesh: &Mesh,
@@ -143,7 +147,7 @@ pub fn nearest_to_cutter(
             }
             looked_at += 1;
             let (point_mm, steps) = least_on_triangle(body, pose, &corners_mm);
-            // Where it breaks off, the tree does at the next box.
+            // If it breaks off here, the tree does so at the next box.
             let _ = pace.step(steps);
             let distance_mm = body.distance_mm(pose, point_mm);
             if distance_mm < best_mm {
@@ -158,8 +162,9 @@ pub fn nearest_to_cutter(
     mesh.at(triangle, nearest_weights(mesh.corners_mm(triangle)?, point_mm))
 }
 
-/// The point of a triangle nearest to the cutter: below the cutter's outermost point against the facet where that
-/// falls inside, else on one of the sides. The distance is convex. With it how often the cutter was looked at.
+/// The point of a triangle nearest to the cutter, and the number of evaluations of the cutter. It is below the
+/// cutter's outermost point against the facet if that falls inside, otherwise on one of the sides. The distance is
+/// convex.
 fn least_on_triangle(body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3]) -> (Vec3, u64) {
     let [a, b, c] = *corners_mm;
     let normal = (b - a).cross(&(c - a)).normalize();
@@ -186,7 +191,8 @@ fn least_on_triangle(body: &CutterBody, pose: &ToolPose, corners_mm: &[Vec3; 3])
     (best.1, steps)
 }
 
-/// The point of the cutter that is farthest against a normal; of many (flat end, flank) the one nearest to a place.
+/// The point of the cutter that is farthest against a normal. If there are many (flat end, flank), the one nearest
+/// to `near_mm`.
 fn outermost_mm(body: &CutterBody, pose: &ToolPose, normal: Vec3, near_mm: Vec3) -> Option<Vec3> {
     let (cosine, beside) = (normal.dot(&pose.axis), across(normal, pose.axis));
     let from_tip_mm = near_mm - pose.tip_mm;
@@ -208,7 +214,7 @@ fn outermost_mm(body: &CutterBody, pose: &ToolPose, normal: Vec3, near_mm: Vec3)
     Some(found_mm)
 }
 
-/// The place of the least distance along a side, by halving where the distance falls, and how many halvings that took.
+/// The point of the least distance along a side, found by halving, and the number of halvings.
 fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3) -> (Vec3, u64) {
     let side_mm = to_mm - from_mm;
     let (mut low, mut high) = (0.0, 1.0);
@@ -226,7 +232,7 @@ fn least_on_side(body: &CutterBody, pose: &ToolPose, from_mm: Vec3, to_mm: Vec3)
     (from_mm + side_mm * (0.5 * (low + high)), halvings)
 }
 
-/// Follows the mesh until the cutter's point of the smoothed normal stands over it; none where there is no such place
+/// Moves over the mesh until the cutter's point of the smoothed normal is over it; `None` if there is no such point
 /// nearby, because the part has an edge.
 fn settle(
     mesh: &Mesh,
@@ -236,7 +242,7 @@ fn settle(
     pace: &mut impl Pace,
 ) -> Option<SurfaceContact> {
     let (corner_mm, core_mm) = (body.corner_radius_mm(), body.core_radius_mm());
-    // on the flank the contact keeps its height
+    // On the flank the contact keeps its height.
     let is_above = (start.point_mm - pose.tip_mm).dot(&pose.axis) > corner_mm;
     let on_flank = is_above && start.normal.dot(&pose.axis).abs() < FLANK_COSINE;
     let mut place = start;
@@ -246,7 +252,7 @@ fn settle(
         let beside = across(normal, pose.axis);
         let sine = beside.norm();
         if core_mm > 0.0 && sine < FLAT_SINE {
-            // the flat end touches as a whole: the place found first is as good as any
+            // The whole flat end touches: the point found first is as good as any other.
             let gap_mm = (pose.tip_mm - place.point_mm).dot(&normal);
             return Some(SurfaceContact { place, normal, gap_mm, on_edge: false });
         }
@@ -273,7 +279,7 @@ fn settle(
         let (p, q) = (moved(first), moved(second));
         let [[a, b], [c, d]] = [[p.dot(&first), q.dot(&first)], [p.dot(&second), q.dot(&second)]];
         let determinant = a * d - b * c;
-        // a hollow narrower than the cutter, or an edge
+        // A hollow narrower than the cutter, or an edge.
         if determinant <= 0.0 {
             return None;
         }
@@ -284,8 +290,8 @@ fn settle(
 }
 
 impl SurfaceContact {
-    /// Normal curvature of the part across the feed \[1/mm\], positive where it is convex; none on an edge or where the
-    /// feed (of any length) has no direction along the part. It means nothing where `pace` broke off.
+    /// Normal curvature of the part across the feed \[1/mm\], positive if convex. `None` on an edge, or if the feed
+    /// (of any length) has no direction along the part. The result means nothing if `pace` broke off.
     #[must_use]
     pub fn curvature_across_per_mm(&self, mesh: &Mesh, feed: Vec3, pace: &mut impl Pace) -> Option<f64> {
         let along = feed.try_normalize(f64::MIN_POSITIVE)?;

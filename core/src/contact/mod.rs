@@ -1,7 +1,8 @@
-//! Where the cutter touches the part, how far that point strays from its line, and how to bring it back.
+//! The contact between cutter and part: its point, its deviation from its line, and the correction of that
+//! deviation.
 //!
-//! Everything here is on motions, not on text: a block is a [`Segment`] between two [`Station`]s, the contact is
-//! carried between its ends by a [`Carry`], and the line it should follow is the [`ContactLine`] of the source.
+//! Everything here works on motions, not on text. A block is a [`Segment`] between two [`Station`]s. A [`Carry`]
+//! moves the contact between its ends. The [`ContactLine`] of the source is the line it should follow.
 
 mod assumed;
 mod carry;

@@ -1,5 +1,5 @@
-//! The deviation in the middle of a block and a bound on all of it, without trigonometry: most blocks of most programs
-//! need no more.
+//! The deviation in the middle of a block and a bound on the whole block, without trigonometry. This is enough for
+//! most blocks of most programs.
 
 use super::curvature::{Swing, curvature_bound_mm};
 use super::{ContactLine, CutterContact, Deviation, Station};
@@ -16,17 +16,17 @@ const SHORT_CHORD: f64 = 1.0;
 /// A vector shorter than this has no direction.
 const NO_DIRECTION: f64 = 1e-9;
 
-/// What one look at a block tells.
+/// The result of one look at a block.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuickLook {
     /// The deviation in the middle.
     pub middle: Deviation,
-    /// No point of the block deviates by more \[mm\].
+    /// Bound on the deviation of every point of the block \[mm\].
     pub at_most_mm: f64,
 }
 
 impl QuickLook {
-    /// Whether the middle speaks for the whole block: what the bound leaves open is no more than what was seen, or
+    /// Whether the middle is enough for the whole block: the bound leaves open no more than the deviation seen, or
     /// than `negligible_mm`. An S-shaped deviation is zero in the middle and fails this.
     #[must_use]
     pub fn is_telling(&self, negligible_mm: f64) -> bool {
@@ -35,11 +35,11 @@ impl QuickLook {
     }
 }
 
-/// A look at the block between two stations whose contacts are `contacts` at the points `contacts_mm`; `middle` is the
-/// tool's pose half way. The middle of the great circle between two normals is their normalised sum.
+/// A look at the block between two stations with the contacts `contacts` at the points `contacts_mm`. `middle` is
+/// the tool's pose half way. The middle of the great circle between two normals is their normalised sum.
 ///
-/// `None` where the short cut does not hold (mixed kinds of contact, normals far apart, contact near the tool
-/// axis): the block has to be sampled.
+/// `None` if the short cut does not hold (mixed kinds of contact, normals far apart, contact near the tool axis):
+/// the block has to be sampled.
 #[must_use]
 #[inline]
 pub fn quick_look(
@@ -53,7 +53,7 @@ pub fn quick_look(
 ) -> Option<QuickLook> {
     let (corner, core) = (tool.corner_radius().mm(), tool.core_radius().mm());
     let t = middle.axis;
-    // Asked for each kind where it stands, so that what is known of it there need not be looked up again.
+    // Called inside each branch, so that the compiler knows the kind of swing there.
     let bound_mm = |swing: &Swing| curvature_bound_mm(kinematics, tool, mode, ends, swing);
     let (bound_mm, offset_mm, normal) = match contacts {
         [CutterContact::Tip, CutterContact::Tip] => (bound_mm(&Swing::Tip)?, Vec3::zeros(), None),
@@ -99,7 +99,7 @@ pub fn quick_look(
     Some(QuickLook { middle, at_most_mm: middle.distance_mm + MIDPOINT_SLACK * bound_mm })
 }
 
-/// An upper bound on the angle between two unit vectors, and the direction half way; `None` where they are far apart.
+/// An upper bound on the angle between two unit vectors, and the direction half way; `None` if they are far apart.
 #[inline]
 fn halfway(a: &Vec3, b: &Vec3) -> Option<(f64, Vec3)> {
     let chord = (b - a).norm();

@@ -1,8 +1,8 @@
-//! Samples along a segment, dense enough to speak for the whole of it.
+//! Samples along a segment, dense enough for a statement about the whole segment.
 
 use super::{Deviation, Segment, SourceBlock};
 
-/// What sampling a segment found.
+/// The result of sampling a segment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampled {
     /// Largest deviation \[mm\].
@@ -11,26 +11,26 @@ pub struct Sampled {
     pub mean_square_mm2: f64,
     /// Largest part of the deviation along the surface normal, out of the part \[mm\], never negative.
     pub max_excess_mm: f64,
-    /// Largest part of it into the part \[mm\], never negative.
+    /// Largest part of the deviation into the part \[mm\], never negative.
     pub max_gouge_mm: f64,
-    /// How many points were evaluated.
+    /// Number of points evaluated.
     pub evaluations: u64,
 }
 
 /// First number of steps.
 const FIRST_STEPS: u32 = 4;
-/// Steps after which a segment without a usable bound is given up refining.
+/// Number of steps at which a segment without a usable bound is no longer refined.
 const MAX_STEPS: u32 = 1024;
 /// Without a bound: samples are doubled until the maximum changes by less than this share of the tolerance (§2).
 const UNBOUNDED_CHANGE: f64 = 0.01;
-/// … but at least so many: a contact that swings right round does so in a small part of the block.
+/// … but at least this number of steps: a contact that turns right round does so in a small part of the block.
 const UNBOUNDED_STEPS: u32 = 128;
-/// What may lie between samples, as a share of the maximum found.
+/// Possible excess between samples, as a share of the maximum found.
 const MEASURE_SLACK: f64 = 0.005;
-/// … or of this share of the tolerance, whichever is more: smaller maxima need no such care.
+/// … or of this share of the tolerance, whichever is larger: smaller maxima need less care.
 const SMALL_SHARE: f64 = 0.1;
-/// What may lie between samples when a tolerance is just kept, as a share of the tolerance: below the last digit
-/// that any control resolves.
+/// Possible excess between samples when a tolerance is only just kept, as a share of the tolerance: below the
+/// last digit that any control resolves.
 const VERIFY_SLACK: f64 = 1e-4;
 
 impl Sampled {
@@ -44,7 +44,7 @@ impl Sampled {
         self.max_gouge_mm = self.max_gouge_mm.max(-deviation.along_normal_mm);
     }
 
-    /// The parts of one block joined, each weighted by its share of the block.
+    /// Joins the parts of one block, each weighted by its share of the block.
     pub fn join(parts: impl IntoIterator<Item = (f64, Self)>) -> Self {
         parts.into_iter().fold(Self::NOTHING, |mut whole, (share, part)| {
             whole.max_mm = whole.max_mm.max(part.max_mm);
@@ -66,7 +66,7 @@ struct Samples<'a, 'b> {
     ends_square_mm2: f64,
     inner_square_mm2: f64,
     found: Sampled,
-    /// Where the largest distance is, as a fraction of the segment.
+    /// Position of the largest distance, as a fraction of the segment.
     peak: f64,
 }
 
@@ -93,7 +93,7 @@ impl<'a, 'b> Samples<'a, 'b> {
         samples
     }
 
-    /// Puts a sample between every two.
+    /// Adds a sample between every two.
     fn halve(&mut self) {
         self.steps *= 2;
         for index in (1..self.steps).step_by(2) {
@@ -111,25 +111,25 @@ impl<'a, 'b> Samples<'a, 'b> {
         deviation.distance_mm.powi(2)
     }
 
-    /// How much larger than the sampled maximum the true one can be \[mm\].
+    /// Largest excess of the true maximum over the sampled maximum \[mm\].
     fn slack_mm(&self, curvature_bound_mm: f64) -> f64 {
         curvature_bound_mm / (8.0 * f64::from(self.steps).powi(2))
     }
 
-    /// Without a bound: whether halving the steps has stopped to change the maximum.
+    /// Without a bound: whether halving the steps no longer changes the maximum.
     fn settled(&self, previous_mm: f64, tolerance_mm: f64) -> bool {
         self.steps >= UNBOUNDED_STEPS
             && (self.found.max_mm - previous_mm).abs() < UNBOUNDED_CHANGE * tolerance_mm
     }
 
-    /// What was found, the mean square by the trapezoidal rule.
+    /// The result, with the mean square by the trapezoidal rule.
     fn result(mut self) -> Sampled {
         let sum = 0.5 * self.ends_square_mm2 + self.inner_square_mm2;
         self.found.mean_square_mm2 = sum / f64::from(self.steps);
         self.found
     }
 
-    /// Follows the parabola through the largest inner sample and its neighbours to its top.
+    /// Follows the parabola through the largest inner sample and its neighbours to its vertex.
     fn climb(&mut self) {
         let step = 1.0 / f64::from(self.steps);
         if self.peak <= 0.5 * step || self.peak >= 1.0 - 0.5 * step {
@@ -145,9 +145,9 @@ impl<'a, 'b> Samples<'a, 'b> {
     }
 }
 
-/// The maximum of a segment measured to half a per cent: steps are halved until `|c″|/(8N²)` is below that share
-/// of it (or, where no bound exists, until the maximum changes by less than 1 % of `tolerance_mm`), then the
-/// parabola through the largest sample and its neighbours is followed to its top.
+/// Measures the maximum of a segment to half a per cent. Steps are halved until `|c″|/(8N²)` is below that share
+/// of it (or, if no bound exists, until the maximum changes by less than 1 % of `tolerance_mm`). Then the
+/// parabola through the largest sample and its neighbours is followed to its vertex.
 #[must_use]
 pub fn sample_until_sure(block: &SourceBlock<'_>, segment: &Segment, tolerance_mm: f64) -> Sampled {
     let bound = block.curvature_bound_mm(segment);
@@ -168,8 +168,8 @@ pub fn sample_until_sure(block: &SourceBlock<'_>, segment: &Segment, tolerance_m
     }
 }
 
-/// Whether a segment keeps within `tolerance_mm` everywhere: `Ok` with what was found, proven by the curvature
-/// bound (or by halving the steps where there is none); `Err` with the largest deviation seen.
+/// Whether a segment keeps within `tolerance_mm` everywhere: `Ok` with the result, proven by the curvature bound
+/// (or by halving the steps if there is none); `Err` with the largest deviation seen.
 ///
 /// # Errors
 /// The measurement of a segment that exceeds the tolerance, or that cannot be proven within 1024 steps.

@@ -1,4 +1,4 @@
-//! A block as motion: two stations and what the machine does between them.
+//! A block as motion: two stations and the machine's motion between them.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::kinematics::{Joints, Kinematics, ToolPose};
 use crate::machine::{Machine, Tool};
 use crate::motion::{AxisWords, Interpolation};
 
-/// One programmed point: its words, and the pose they give.
+/// One programmed point: its words, and the pose that they give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Linear words \[mm\] and rotary words \[deg\].
@@ -18,7 +18,7 @@ pub struct Station {
 }
 
 impl Station {
-    /// The station that these words reach: in machine interpolation the linear words are axis positions, with
+    /// The station reached with these words. In machine interpolation the linear words are axis positions; with
     /// TCP they are the tip in W.
     #[must_use]
     pub fn new(machine: &Machine, kinematics: &Kinematics, mode: Interpolation, words: AxisWords) -> Self {
@@ -40,8 +40,8 @@ pub fn rotary_rad(machine: &Machine, rotary_deg: [f64; 2]) -> [f64; 2] {
     [first.angle_rad(rotary_deg[0]), second.angle_rad(rotary_deg[1])]
 }
 
-/// One linear block of a program with everything needed to judge it: the machine, the tool, the contact's way over
-/// the tool and the line it should follow in W.
+/// One linear block of a program with everything needed to judge it: the machine, the tool, the path of the
+/// contact over the tool, and the line it should follow in W.
 #[derive(Debug, Clone)]
 pub struct SourceBlock<'a> {
     /// The machine.
@@ -50,20 +50,20 @@ pub struct SourceBlock<'a> {
     pub kinematics: Arc<Kinematics>,
     /// The cutter.
     pub tool: Tool,
-    /// Who interpolates: the axes, or the tip in W.
+    /// Interpolation mode: of the axes, or of the tip in W.
     pub mode: Interpolation,
     /// Start and end as programmed.
     pub ends: [Station; 2],
-    /// The contact's way over the tool.
+    /// The path of the contact over the tool.
     pub carry: Carry,
     /// The line from the contact at the start to the contact at the end.
     pub line: ContactLine,
 }
 
-/// A stretch of a source block that the machine runs as one linear block: the whole of it, or an inserted part.
+/// A stretch of a source block that the machine runs as one linear block: the whole block, or an inserted part.
 #[derive(Debug, Clone, Copy)]
 pub struct Segment {
-    /// Where it starts and ends.
+    /// Its start and end.
     pub ends: [Station; 2],
     /// The fractions of the source block at its ends.
     pub fraction: [f64; 2],
@@ -90,7 +90,7 @@ impl<'a> SourceBlock<'a> {
         Self { machine, kinematics: Arc::clone(kinematics), tool, mode, ends, carry, line }
     }
 
-    /// The whole block as the machine runs it.
+    /// The whole block, as the machine runs it.
     #[must_use]
     pub fn whole(&self) -> Segment {
         Segment { ends: self.ends, fraction: [0.0, 1.0] }

@@ -1,4 +1,4 @@
-//! How many blocks a source block becomes, and the words at each of their ends.
+//! The number of blocks into which a source block is divided, and the words at each of their ends.
 
 use super::{Correction, Effort, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
 use crate::geometry::Vec3;
@@ -7,18 +7,18 @@ use crate::program::round_to_decimals;
 
 use super::segment::rotary_rad;
 
-/// With how many decimals, in which unit, words are written.
+/// The decimals and the unit in which words are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// Decimals of linear words.
     pub linear_decimals: u8,
     /// Decimals of rotary words.
     pub rotary_decimals: u8,
-    /// Decimals of the components of the tool axis, where it is written as a vector in place of rotary words.
+    /// Decimals of the components of the tool axis, if it is written as a vector instead of rotary words.
     pub axis_decimals: Option<u8>,
     /// Millimetres in a program unit: 1 or 25.4.
     pub mm_per_unit: f64,
-    /// What written numbers count from: zero, or in G91 the point before the block.
+    /// The origin of written numbers: zero, or in G91 the point before the block.
     pub origin: AxisWords,
 }
 
@@ -49,10 +49,10 @@ impl Resolution {
         })
     }
 
-    /// The angles that the control turns to when a point of this block is written at these \[deg\]; and the tool axis as it
-    /// is written, where it is written as a vector and turns.
+    /// The angles to which the control turns when a point of this block is written with these \[deg\]. Also the
+    /// tool axis as written, if it is written as a vector and turns.
     #[must_use]
-    #[expect(clippy::float_cmp, reason = "words that stand are the same to the bit")]
+    #[expect(clippy::float_cmp, reason = "words that did not move are equal to the bit")]
     pub fn turned(&self, block: &SourceBlock<'_>, angles_deg: [f64; 2]) -> ([f64; 2], Option<[f64; 3]>) {
         let Some(decimals) = self.axis_decimals else { return (self.rotary_deg(angles_deg), None) };
         let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);
@@ -73,27 +73,28 @@ pub struct Node {
     pub fraction: f64,
     /// Words as the control will read them, and the pose they give.
     pub station: Station,
-    /// The contact point aimed at in W \[mm\].
+    /// The intended contact point in W \[mm\].
     pub contact_mm: Vec3,
-    /// The tool axis as it is written, where it is written as a vector and turns.
+    /// The tool axis as written, if it is written as a vector and turns.
     pub written_axis: Option<[f64; 3]>,
 }
 
-/// More parts than this are not tried: the block does not converge, or the program would drown.
+/// Most parts that are tried. A block that needs more does not converge, or makes the program far too long.
 const MAX_PARTS: u32 = 2048;
-/// A node takes as long as so many evaluations.
+/// The cost of a node, in evaluations.
 const NODE_EVALUATIONS: u64 = 4;
-/// One division is given up after so many evaluations: it samples a block that has no bound, everywhere.
+/// Most evaluations for one division. More are needed only if it samples a block without a bound everywhere.
 const MAX_EVALUATIONS: u64 = 1_000_000;
-/// Numbers of parts are searched to one in so many: well within the 5 % that an optimal division may save.
+/// The search for the number of parts is exact to one in this number: well within the 5 % that an optimal division
+/// may save.
 const FINENESS: u32 = 64;
-/// So many numbers of parts from the expected one upward are tried one after the other …
+/// This many numbers of parts, from the expected one upward, are tried one after the other …
 const CLOSE_TRIES: u32 = 6;
-/// … then the number is doubled, as long as two doublings bring the deviation down to this share.
+/// … then the number is doubled, as long as two doublings reduce the deviation to this share or less.
 const STAGNATION: f64 = 0.8;
 
-/// The nodes of `parts` equal parts: rotary words rounded first, then X Y Z for the rounded ones (§2). Not all of them where
-/// the effort is over.
+/// The nodes of `parts` equal parts: rotary words are rounded first, then X Y Z are computed for the rounded words
+/// (§2). Some nodes are missing if the effort has ended.
 #[must_use]
 pub fn nodes(
     block: &SourceBlock<'_>,
@@ -149,12 +150,12 @@ pub fn segments<'n>(block: &SourceBlock<'_>, nodes: &'n [Node]) -> impl Iterator
     })
 }
 
-/// The fewest equal parts that `proof` accepts, from `⌈√(ε_max/tol)⌉` upward (§2 "Output", `minimal`), with the words rounded
-/// as they will be written. [`prove`] is the proof that they keep the block within a tolerance of its source line.
+/// The fewest equal parts that `proof` accepts, from `⌈√(ε_max/tol)⌉` upward (§2 "Output", `minimal`), with the
+/// words rounded as written. [`prove`] proves that they keep the block within a tolerance of its source line.
 ///
 /// # Errors
-/// The smallest deviation that any tried division reached, where none was accepted: the decimals, or the correction,
-/// cannot; or that the effort is over.
+/// The smallest deviation of all divisions tried, if none was accepted: the decimals or the correction cannot reach
+/// the tolerance. Or the effort has ended.
 pub fn divide(
     block: &SourceBlock<'_>,
     correction: Correction,
@@ -182,7 +183,7 @@ pub fn divide(
         parts = (parts + 1 + parts / FINENESS).min(MAX_PARTS);
     }
     // The square-root law does not hold here: the contact swings fast somewhere in the block, or the decimals are
-    // too coarse. Doubling tells the two apart.
+    // too coarse. Doubling distinguishes the two cases.
     let mut failed = parts.saturating_sub(1).max(first);
     let mut earlier = [f64::INFINITY, reachable_mm];
     while failed < MAX_PARTS {
@@ -200,7 +201,8 @@ pub fn divide(
     Err(reachable_mm)
 }
 
-/// Halves the gap between a number of parts that failed and one that holds, down to the fineness of the search.
+/// Halves the interval between a number of parts that failed and one that holds, down to the fineness of the
+/// search.
 fn fewest_between(
     mut failed: u32,
     mut holding: u32,
@@ -220,7 +222,7 @@ fn fewest_between(
 /// Proves that every part of a divided block keeps `tolerance_mm`.
 ///
 /// # Errors
-/// The largest deviation seen over all parts, so that it can be reported; also where the effort is over.
+/// The largest deviation seen over all parts, so that it can be reported; also if the effort has ended.
 pub fn prove(
     block: &SourceBlock<'_>,
     nodes: &[Node],

@@ -11,8 +11,8 @@ pub fn angle_between(a: Vec3, b: Vec3) -> f64 {
     trig::atan2(a.cross(&b).norm(), a.dot(&b))
 }
 
-/// The rotation vector \[rad\] that turns the unit vector `from` into the unit vector `to` the short way, across both;
-/// zero where they are parallel or opposite.
+/// The rotation vector \[rad\] that turns the unit vector `from` into the unit vector `to` by the shortest way,
+/// about the direction across both. Zero if they are parallel or opposite.
 #[must_use]
 pub fn shortest_turn_rad(from: Vec3, to: Vec3) -> Vec3 {
     let cross = from.cross(&to);
@@ -20,8 +20,8 @@ pub fn shortest_turn_rad(from: Vec3, to: Vec3) -> Vec3 {
     if sine > 0.0 { cross * (angle_between(from, to) / sine) } else { Vec3::zeros() }
 }
 
-/// The angle about the unit vector `axis` that turns the projection of `from` across `axis` onto that of `to`,
-/// in (−π, π] \[rad\]. Both are projected before any product is taken. Where a projection vanishes the angle is 0.
+/// The angle about the unit vector `axis` that turns the projection of `from` across `axis` onto that of `to`, in
+/// (−π, π] \[rad\]. Both are projected before any product is taken. If a projection vanishes, the angle is 0.
 #[must_use]
 pub fn angle_about(axis: Vec3, from: Vec3, to: Vec3) -> f64 {
     let (from, to) = (across(from, axis), across(to, axis));

@@ -2,7 +2,7 @@
 
 use super::{Vec3, angle_between, trig};
 
-/// The great circle from one unit vector to another, run through at constant angular speed.
+/// The great circle from one unit vector to another, traversed at constant angular speed.
 ///
 /// Between opposite directions the arc is not defined; [`GreatCircle::between`] then takes the arc about the
 /// given fallback axis, so that the result stays finite and repeatable.
@@ -14,11 +14,11 @@ pub struct GreatCircle {
     angle_rad: f64,
 }
 
-/// Below this angle \[rad\] the arc's plane is lost in rounding; the arc is then taken as its chord's direction.
+/// Below this angle \[rad\] rounding hides the plane of the arc. The direction of its chord is then used.
 const DEGENERATE_ANGLE_RAD: f64 = 1e-15;
 
 impl GreatCircle {
-    /// The arc from `start` to `end`, both unit vectors; `fallback_axis` is used where they are opposite.
+    /// The arc from `start` to `end`, both unit vectors. `fallback_axis` is used if they are opposite.
     #[must_use]
     pub fn between(start: Vec3, end: Vec3, fallback_axis: Vec3) -> Self {
         let angle_rad = angle_between(start, end);

@@ -1,4 +1,4 @@
-//! Vectors, rotations and screws: arithmetic that knows no machine.
+//! Vectors, rotations and screws: arithmetic without any knowledge of machines.
 
 mod angles;
 mod great_circle;

@@ -2,7 +2,7 @@
 
 use super::{Mat3, Vec3, rotation_from_vector, trig};
 
-/// A line with a sense: unit `direction` through `point_mm`. Turning by θ about it is `exp(θ ξ)`.
+/// A line with a direction: unit `direction` through `point_mm`. The turn by θ about it is `exp(θ ξ)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Screw {
     /// Unit direction of the line.

@@ -1,13 +1,13 @@
 //! Sine, cosine and arc tangent as polynomials: the same bits on every platform and at every vector width.
 //!
-//! The platform's library differs between systems and cannot be vectorised by the compiler. These functions have
-//! no branch, no table and no fused multiply-add, so that a loop over slices becomes vector code and every
+//! The platform's library differs between systems, and the compiler cannot vectorise it. These functions have no
+//! branch, no table and no fused multiply-add, so that a loop over slices becomes vector code and every
 //! instruction set gives the same result. Coefficients: Chebyshev fits on |r| ≤ π/4 and |t| ≤ tan(π/8).
 
 /// Largest magnitude \[rad\] or \[deg\] for which the stated errors hold.
 pub const MAX_ANGLE: f64 = 1e7;
 
-/// Adding and subtracting 1.5·2⁵² rounds to the nearest integer; the integer then stands in the lowest bits.
+/// Adding and subtracting 1.5·2⁵² rounds to the nearest integer. That integer is then in the lowest bits.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 
 /// π/2 in three parts, the first two of 29 bits: their products with integers below 2²⁴ are exact.
@@ -48,7 +48,8 @@ const QUARTER_PI_LOW: f64 = 3.061_616_997_868_383e-17;
 
 /// Sine and cosine of an angle \[rad\], each within 4.5e-16 for |angle| ≤ [`MAX_ANGLE`].
 ///
-/// Reduction by π/2 in three parts (Cody and Waite), then one polynomial each. Not finite in, not a number out.
+/// Reduction by π/2 in three parts (Cody and Waite), then one polynomial each. An input that is not finite gives
+/// NaN.
 #[inline(always)]
 #[must_use]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
@@ -79,7 +80,7 @@ fn in_quadrant(r: f64, quarter: u64) -> (f64, f64) {
     let half = 0.5 * z;
     let w = 1.0 - half;
     let c = w + (((1.0 - w) - half) + z * z * polynomial(&COS, z));
-    // odd quarter: sine and cosine change places; then the signs, by their bits
+    // In an odd quarter sine and cosine change places; then the signs, by their bits.
     let odd = (quarter & 1).wrapping_neg();
     let (s, c) = (s.to_bits(), c.to_bits());
     let exchanged = (s ^ c) & odd;
@@ -88,8 +89,8 @@ fn in_quadrant(r: f64, quarter: u64) -> (f64, f64) {
     (f64::from_bits((s ^ exchanged) ^ sine_sign), f64::from_bits((c ^ exchanged) ^ cosine_sign))
 }
 
-/// The angle of the point (x, y) in [−π, π] \[rad\], within 4.5e-16 where |x|, |y| ≤ 1e300 and the larger one is a
-/// normal number. The signs are those of the usual function, but for `x = −0` with `y = 0`, which gives ±0.
+/// The angle of the point (x, y) in [−π, π] \[rad\], within 4.5e-16 if |x|, |y| ≤ 1e300 and the larger one is a
+/// normal number. The signs are those of the usual function, except `x = −0` with `y = 0`, which gives ±0.
 #[inline(always)]
 #[must_use]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
@@ -134,7 +135,7 @@ mod tests {
 
     /// The stated bound [rad, or pure number].
     const BOUND: f64 = 4.5e-16;
-    /// The platform's library is itself off by up to one unit in the last place of numbers up to π.
+    /// The platform's library itself is wrong by up to one unit in the last place of numbers up to π.
     const LIBRARY: f64 = 2.3e-16;
 
     /// A repeatable stream of numbers in [−1, 1).

@@ -1,7 +1,7 @@
 //! Forward kinematics of many joints at once, in structure-of-arrays form.
 //!
-//! The loops do what the scalar chain does, operation by operation, without fused multiply-add: the same bits on
-//! every instruction set, and the same as [`Kinematics::forward`].
+//! The loops do the same operations as the scalar chain, one by one and without fused multiply-add. They give
+//! the same bits on every instruction set, and the same as [`Kinematics::forward`].
 
 use multiversion::multiversion;
 
@@ -10,7 +10,7 @@ use super::{InstructionSet, Kinematics, ToolPose};
 use crate::geometry::trig;
 use crate::machine::Machine;
 
-/// How many lanes a loop treats at a time: all its arrays stay in the nearest cache.
+/// Number of lanes that a loop processes together: all its arrays stay in the nearest cache.
 const BLOCK: usize = 64;
 
 /// Joints as arrays of equal length: linear words \[mm\] and kinematic angles \[rad\] in the profile's order.
@@ -53,7 +53,7 @@ impl JointLanes {
         self.len() == 0
     }
 
-    /// No lanes, memory kept.
+    /// Removes all lanes and keeps the memory.
     pub fn clear(&mut self) {
         for lane in
             [&mut self.x_mm, &mut self.y_mm, &mut self.z_mm, &mut self.first_rad, &mut self.second_rad]
@@ -62,7 +62,7 @@ impl JointLanes {
         }
     }
 
-    /// These lanes instead of what was there: linear words \[mm\] and kinematic angles \[rad\].
+    /// Replaces all lanes by these: linear words \[mm\] and kinematic angles \[rad\].
     #[inline]
     pub fn fill(&mut self, joints: impl ExactSizeIterator<Item = ([f64; 3], [f64; 2])>) {
         let count = joints.len();
@@ -77,7 +77,7 @@ impl JointLanes {
         }
     }
 
-    /// One more lane.
+    /// Adds one lane.
     #[inline]
     pub fn push(&mut self, linear_mm: [f64; 3], rotary_rad: [f64; 2]) {
         self.x_mm.push(linear_mm[0]);
@@ -105,7 +105,7 @@ impl PoseLanes {
         self.len() == 0
     }
 
-    /// No lanes, memory for `count`.
+    /// No lanes, with memory for `count`.
     #[must_use]
     pub fn with_capacity(count: usize) -> Self {
         let mut lanes = Self::default();
@@ -115,14 +115,14 @@ impl PoseLanes {
         lanes
     }
 
-    /// No lanes any more; their memory stays.
+    /// Removes all lanes and keeps the memory.
     pub fn clear(&mut self) {
         for lane in self.each_mut() {
             lane.clear();
         }
     }
 
-    /// Adds the lanes of others at the end.
+    /// Appends the lanes of `other`.
     pub fn extend(&mut self, other: &Self) {
         let others = [&other.x_mm, &other.y_mm, &other.z_mm, &other.i, &other.j, &other.k];
         for (lane, other) in self.each_mut().into_iter().zip(others) {
@@ -139,7 +139,7 @@ impl PoseLanes {
         }
     }
 
-    /// One more lane.
+    /// Adds one lane.
     pub fn push(&mut self, pose: ToolPose) {
         let ToolPose { tip_mm, axis } = pose;
         for (lane, value) in
@@ -160,7 +160,7 @@ impl PoseLanes {
     }
 }
 
-/// The chain as plain numbers, for the loops.
+/// The chain as plain numbers for the loops.
 #[derive(Debug, Clone, Copy)]
 struct Chain {
     direction: [[f64; 3]; 2],
@@ -170,14 +170,14 @@ struct Chain {
 }
 
 impl Kinematics {
-    /// The poses of all lanes of `joints`, into `poses` (its length follows). Same result as
-    /// [`Kinematics::forward`] for every lane, to the bit, on every instruction set.
+    /// The poses of all lanes of `joints`, written into `poses`, which gets the same length. Each lane equals
+    /// [`Kinematics::forward`] to the bit, on every instruction set.
     pub fn forward_lanes(&self, joints: &JointLanes, poses: &mut PoseLanes) {
         self.forward_lanes_on(InstructionSet::Fastest, joints, poses);
     }
 
-    /// [`Kinematics::forward_lanes`] with no wider instructions than `set`: for measuring and for proving that
-    /// the bits agree.
+    /// [`Kinematics::forward_lanes`] without instructions wider than `set`: to measure, and to prove that the
+    /// bits agree.
     pub fn forward_lanes_on(&self, set: InstructionSet, joints: &JointLanes, poses: &mut PoseLanes) {
         let count = joints.len();
         poses.resize(count);
@@ -231,7 +231,7 @@ fn forward_avx512(chain: &Chain, head_axes: usize, joints: &Input, poses: &mut O
     forward_block(chain, head_axes, joints, poses);
 }
 
-/// The place of the linear axes is fixed outside the loop.
+/// The position of the linear axes in the chain is fixed outside the loop.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 fn forward_block(chain: &Chain, head_axes: usize, joints: &Input, poses: &mut Output) {

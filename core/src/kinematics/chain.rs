@@ -1,4 +1,4 @@
-//! The machine with its set-up, ready to be evaluated: forward kinematics and the linear words of a tip.
+//! The machine with its set-up, ready for evaluation: forward kinematics and the linear words of a tip.
 
 use super::pointing::Pointing;
 use crate::geometry::{Mat3, Screw, Vec3, angle_between, trig};
@@ -13,8 +13,8 @@ pub struct ToolPose {
     pub axis: Vec3,
 }
 
-/// Axis positions: programmed linear words q and kinematic angles θ (words with the control's sense undone), the
-/// rotaries in the profile's order.
+/// Axis positions: programmed linear words q and kinematic angles θ (words with the control's counting direction
+/// removed). The rotary axes are in the profile's order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joints {
     /// `(X, Y, Z)` \[mm\].
@@ -23,14 +23,14 @@ pub struct Joints {
     pub rotary_rad: [f64; 2],
 }
 
-/// What is mounted on the machine and which axes are believed.
+/// The parts mounted on the machine, and whether its errors are applied.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
     /// Work offset o: W's origin in M at zero pose \[mm\].
     pub work_offset_mm: Vec3,
     /// Tool length L, added along the zero-pose tool axis to head axis points \[mm\].
     pub tool_length_mm: f64,
-    /// Whether location errors and squareness count.
+    /// Whether location errors and squareness are applied.
     pub apply_errors: bool,
 }
 
@@ -40,20 +40,20 @@ impl Default for Setup {
     }
 }
 
-/// One machine with one set-up: the two screws u, v from the workpiece to the tool, and where between them the
-/// linear axes sit. Closed form throughout.
+/// One machine with one set-up: the two screws u, v from the workpiece to the tool, and the position of the linear
+/// axes between them. Everything is in closed form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kinematics {
     /// u, v; head lines relative to the zero-pose tool tip.
     pub(super) screws: [Screw; 2],
     /// Index of u and of v in the profile.
     pub(super) profile_index: [usize; 2],
-    /// How many of the two, counted from the tool, are head axes: the linear axes come after that many.
+    /// Number of head axes among the two, counted from the tool. The linear axes come after them.
     pub(super) head_axes: usize,
     pub(super) work_offset_mm: Vec3,
     pub(super) linear_directions: Mat3,
     pub(super) linear_words: Mat3,
-    /// Sense in which the control counts u and v: −1 opposite to ISO 841.
+    /// Direction in which the control counts u and v: −1 is opposite to ISO 841.
     pub(super) sense: [f64; 2],
     /// Travel of the NC words of u and v \[deg\].
     pub(super) travel_deg: [Option<Travel>; 2],
@@ -65,23 +65,23 @@ pub struct Kinematics {
     pub(super) pointing: Pointing,
 }
 
-/// One machine before anything is set up on it: most of what [`Kinematics::new`] computes, for many set-ups.
+/// One machine without a set-up: most of what [`Kinematics::new`] computes, for use with many set-ups.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BareKinematics(Kinematics);
 
 impl BareKinematics {
-    /// With the measured errors of the machine, or as it should be.
+    /// The machine with its measured errors, or the nominal machine.
     #[must_use]
     pub fn new(machine: &Machine, apply_errors: bool) -> Self {
         Self(Kinematics::bare(machine, apply_errors))
     }
 
-    /// With W's origin at `work_offset_mm` in M and a tool of this length \[mm\], along which head lines move away from the
-    /// tip.
+    /// The machine with W's origin at `work_offset_mm` in M and a tool of this length \[mm\], along which head
+    /// lines move away from the tip.
     #[must_use]
     pub fn set_up(&self, work_offset_mm: Vec3, tool_length_mm: f64) -> Kinematics {
         let mut kinematics = Kinematics { work_offset_mm, ..self.0.clone() };
-        // Head axes are the last ones on the way from the workpiece to the tool.
+        // Head axes are the last axes on the way from the workpiece to the tool.
         for screw in kinematics.screws.iter_mut().rev().take(kinematics.head_axes) {
             screw.point_mm += Machine::TOOL_AXIS * tool_length_mm;
         }
@@ -96,7 +96,7 @@ impl Kinematics {
         BareKinematics::new(machine, setup.apply_errors).set_up(setup.work_offset_mm, setup.tool_length_mm)
     }
 
-    /// Without a work offset and a tool length.
+    /// The machine without work offset and tool length.
     fn bare(machine: &Machine, apply_errors: bool) -> Self {
         let profile_index = machine.workpiece_to_tool();
         let lines = machine.screws(apply_errors);

@@ -1,18 +1,18 @@
-//! Dynamic programming over branch × turn: the cheapest way through all poses, hard travels included.
+//! Dynamic programming over branch × turn: the cheapest path through all poses, with travels as hard limits.
 //!
-//! Cost is lexicographic: rewinds, then travel Σ(|Δu| + |Δv|), then Σ(|u| + |v|) where travels tie. A state is a
-//! branch with a whole turn of each limited axis; an unlimited axis takes the nearest turn and needs no state.
-//! A step costs as many operations as there are states, never their square: see [`super::turns`].
+//! Cost is lexicographic: rewinds, then travel Σ(|Δu| + |Δv|), then Σ(|u| + |v|) if travels tie. A state is a
+//! branch with a whole turn of each limited axis. An unlimited axis takes the nearest turn and needs no state. A
+//! step costs as many operations as there are states, never their square: see [`super::turns`].
 
 use super::cost::{Cost, NO_WAY, in_steps};
 use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
 use super::two_way::Weights;
 
-/// From this travel on a common part is taken off all states: sums stay exact.
+/// From this travel on, a common part is subtracted from all states, so that sums stay exact.
 const REBASE_DEG: f64 = 524_288.0;
 
-/// The running choice: costs of all states at the latest pose and where every state came from.
+/// The running choice: costs of all states at the latest pose, and the origin of every state.
 pub(super) struct Choice {
     pub(super) grid: Grid,
     pub(super) threshold_deg: f64,
@@ -44,12 +44,12 @@ impl Choice {
             predecessors: Vec::with_capacity(states * poses),
             scratch: vec![NO_WAY; states / 2],
             row: vec![NO_WAY; (2 * grid.count[0]).max(grid.count[1])],
-            // from half a turn on, more than one turn may be a step without a rewind
+            // From half a turn on, more than one turn can be a step without a rewind.
             pairwise: threshold_deg.is_nan() || threshold_deg >= 180.0,
         }
     }
 
-    /// The first pose: free of cost, or stepped to from `start` (words of u, v in degrees).
+    /// The first pose: without cost, or as a step from `start` (words of u, v in degrees).
     pub(super) fn begin(&mut self, stage: &Stage, start_deg: Option<[f64; 2]>) -> bool {
         self.latest = *stage;
         let mut any = false;
@@ -63,7 +63,7 @@ impl Choice {
             let mut cost = Cost { rewinds: 0.0, sum: words[0].abs() + words[1].abs(), ..NO_WAY };
             self.words[state] = words.map(in_steps);
             if let Some(start) = start_deg {
-                // a held axis keeps the start's word: only the state that has this very turn
+                // A held axis keeps the start's word: only the state with this very turn is alive.
                 let (_, turns) = self.grid.parts(state);
                 let turned = stage.words_deg[branch][0] + self.grid.turn_deg(0, turns[0]);
                 if stage.held && self.grid.period[0] == 0.0 && (turned - start[0]).abs() > 1.0 {
@@ -79,7 +79,7 @@ impl Choice {
         any
     }
 
-    /// One pose on. False if no state of it can be reached.
+    /// Advances one pose. False if no state of it can be reached.
     pub(super) fn advance(&mut self, stage: &Stage) -> bool {
         if self.pairwise {
             self.advance_pairwise(stage);
@@ -109,8 +109,9 @@ impl Choice {
         any
     }
 
-    /// Several poses on, all with both branches alive and not held, by weights made in lanes. Returns how many
-    /// poses were reached: fewer than asked for if the next one has no way. `TIES`: whether ties are marked.
+    /// Advances several poses that all have both branches alive and not held, by weights computed in lanes.
+    /// Returns the number of poses reached; it is smaller than asked for if no path leads to the next one.
+    /// `TIES`: whether ties are marked.
     pub(super) fn advance_lanes<const TIES: bool>(
         &mut self,
         weights: &Weights,
@@ -119,7 +120,7 @@ impl Choice {
     ) -> usize {
         let (start, end) = (lanes.start, lanes.end);
         let mut costs = [self.costs[0], self.costs[1]];
-        // whole turns of each state beyond the principal words of the latest pose
+        // Whole turns of each state beyond the principal words of the latest pose.
         let mut turns: [[f64; 2]; 2] = std::array::from_fn(|state| {
             std::array::from_fn(|k| {
                 let principal = in_steps(self.latest.words_deg[state][k]);
@@ -176,7 +177,8 @@ impl Choice {
         reached
     }
 
-    /// The words of a target state \[steps\], those of axes without end still principal; `None` out of travel.
+    /// The words of a target state \[steps\]. Those of unlimited axes are still principal. `None` if out of
+    /// travel.
     fn target(&self, stage: &Stage, branch: usize, turns: [usize; 2]) -> Option<[f64; 2]> {
         if !stage.alive[branch] {
             return None;
@@ -186,7 +188,7 @@ impl Choice {
         (0..2).all(|k| self.grid.within(k, words[k])).then(|| words.map(in_steps))
     }
 
-    /// Every state from every other: for any threshold, and to prove the rest by.
+    /// Every state from every other: for any threshold, and as a proof for the faster steps.
     fn advance_pairwise(&mut self, stage: &Stage) {
         let grid = self.grid;
         for state in 0..grid.states() {
@@ -216,7 +218,7 @@ impl Choice {
         }
     }
 
-    /// The state in which the cheapest way ends, if there is a way.
+    /// The final state of the cheapest path, if there is a path.
     pub(super) fn best(&self) -> Option<usize> {
         let mut best = NO_WAY;
         let mut state = None;
@@ -229,17 +231,17 @@ impl Choice {
         state
     }
 
-    /// Whether the ways that end in these states cost the same, but for Σ|word|.
+    /// Whether the paths that end in these states cost the same, except for Σ|word|.
     pub(super) fn ties(&self, state: usize, other: usize) -> bool {
         self.costs[state].ties(&self.costs[other])
     }
 
-    /// Whether the way to this state is the only one of its cost.
+    /// Whether the path to this state is the only one of its cost.
     pub(super) fn is_only(&self, state: usize) -> bool {
         !self.costs[state].tied
     }
 
-    /// The states of the way that ends in `state`, first pose first.
+    /// The states of the path that ends in `state`, first pose first.
     pub(super) fn way(&self, mut state: usize) -> Vec<u16> {
         let states = self.grid.states();
         let poses = self.predecessors.len() / states;

@@ -1,4 +1,4 @@
-//! What a way has cost so far, and how ways compare.
+//! The cost of a path so far, and the comparison of paths.
 
 use super::pointing::nearest_integer;
 
@@ -7,17 +7,17 @@ pub(super) const TIE_DEG: f64 = 1e-6;
 /// Words are compared in steps of 2⁻³⁰° so that sums of travels are exact and symmetric solutions tie.
 pub(super) const STEPS_PER_DEG: f64 = 1_073_741_824.0;
 
-/// What a way to a state has cost so far; infinite rewinds: there is none.
+/// The cost of a path to a state so far. Infinite rewinds mean that there is no path.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cost {
     pub(super) rewinds: f64,
-    /// \[deg\].
+    /// Travel \[deg\].
     pub(super) travel: f64,
     /// Σ|word| \[deg\].
     pub(super) sum: f64,
-    /// The state come from.
+    /// The previous state.
     pub(super) from: u32,
-    /// Another way as cheap, but for Σ|word|, was left aside.
+    /// Another path of the same cost, except for Σ|word|, was not kept.
     pub(super) tied: bool,
 }
 
@@ -31,7 +31,7 @@ impl Cost {
             || (self.rewinds <= other.rewinds
                 && (travel < -TIE_DEG || (travel <= TIE_DEG && self.sum < other.sum)))
     }
-    /// Equally many rewinds and as much travel.
+    /// Whether both have equally many rewinds and the same travel.
     #[inline]
     pub(super) fn ties(&self, other: &Self) -> bool {
         self.rewinds.is_finite()

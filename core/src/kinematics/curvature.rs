@@ -1,18 +1,18 @@
-//! How fast the tip's path in W can bend while all five words run linearly.
+//! A bound on the curvature of the tip's path in W while all five words run linearly.
 
 use super::Kinematics;
 use crate::geometry::Vec3;
 
-/// Up to this total turn of the table axes \[rad\] the distance from the axis is bounded by the path's own length.
+/// Up to this total turn of the table axes \[rad\], the path's own length bounds the distance from the axis.
 const SHORT_TURN_RAD: f64 = 1.0;
 
 impl Kinematics {
-    /// An upper bound on `|w″|` \[mm\], derivatives by the block's fraction, for a block whose linear words run from
-    /// `linear_mm[0]` to `linear_mm[1]`, whose tips in W are `tips_mm` and whose rotary axes turn by `turns_rad`
+    /// An upper bound on `|w″|` \[mm\], derivatives by the block's fraction. The block's linear words run from
+    /// `linear_mm[0]` to `linear_mm[1]`, its tips in W are `tips_mm`, and its rotary axes turn by `turns_rad`
     /// (magnitudes, profile order).
     ///
-    /// For table axes this is §2's `Ω²ρ + 2Ω|Δq|` with `ρ = max|w + o − p_1| + |p_1 − p_2|`; head axes add their own
-    /// circle `Ω_h²ρ_h` about the pivots, `ρ_h` being the tip's distance along the chain of pivots.
+    /// For table axes this is §2's `Ω²ρ + 2Ω|Δq|` with `ρ = max|w + o − p_1| + |p_1 − p_2|`. Head axes add their
+    /// own circle `Ω_h²ρ_h` about the pivots; `ρ_h` is the tip's distance along the chain of pivots.
     #[must_use]
     #[inline]
     pub fn tip_curvature_bound_mm(

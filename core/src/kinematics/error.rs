@@ -4,35 +4,35 @@ use thiserror::Error;
 
 use crate::machine::Motion;
 
-/// Why poses could not be turned into joints. `pose` is the 0-based index of the first such pose.
+/// Why poses could not be converted to joints. `pose` is the 0-based index of the first such pose.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum InverseError {
-    /// The tool axis is a zero vector or a number of the pose is not finite or absurd.
+    /// The tool axis is a zero vector, or a number of the pose is not finite or too large.
     #[error("pose {pose}: the tool axis has no direction, or a number is not finite or too large")]
     NoDirection {
         /// Index of the pose.
         pose: usize,
     },
-    /// The rotary axes cannot point the tool there, at any angle.
+    /// No angles of the rotary axes point the tool in this direction.
     #[error(
-        "pose {pose}: the tool axis stands {tilt_deg}° from the rotary axis next to the workpiece; the machine reaches {min_deg}° to {max_deg}°"
+        "pose {pose}: the tool axis is {tilt_deg}° from the rotary axis next to the workpiece; the machine reaches {min_deg}° to {max_deg}°"
     )]
     OutOfReach {
         /// Index of the pose.
         pose: usize,
         /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
         tilt_deg: f64,
-        /// Smallest angle within reach \[deg\].
+        /// Smallest angle that can be reached \[deg\].
         min_deg: f64,
-        /// Largest angle within reach \[deg\].
+        /// Largest angle that can be reached \[deg\].
         max_deg: f64,
     },
-    /// Every solution leaves a travel; the one that leaves it least is told.
-    #[error("pose {pose}: {commanded} is outside the travel {min} to {max}")]
+    /// Every solution leaves a travel. The error names the solution with the smallest excess.
+    #[error("pose {pose}: {commanded} is outside the travel of {min} to {max}")]
     OutOfTravel {
         /// Index of the pose.
         pose: usize,
-        /// The axis whose travel is left.
+        /// The axis that leaves its travel.
         axis: Motion,
         /// Its word [deg, mm].
         commanded: f64,
@@ -41,15 +41,15 @@ pub enum InverseError {
         /// Upper end of the travel [deg, mm].
         max: f64,
     },
-    /// Each pose has joints within travel, yet none can follow those of the pose before: the held axis at the
-    /// pole has nowhere to go.
+    /// Each pose has joints within travel, but none can follow those of the pose before: the held axis at the
+    /// pole cannot stay within travel.
     #[error("pose {pose}: no joints within travel can follow those of the pose before")]
     NoWay {
         /// Index of the pose.
         pose: usize,
     },
-    /// The start stands outside a travel.
-    #[error("the start word {commanded} is outside the travel {min} to {max}")]
+    /// The start is outside a travel.
+    #[error("the start word {commanded} is outside the travel of {min} to {max}")]
     StartOutOfTravel {
         /// The axis.
         axis: Motion,
@@ -60,8 +60,10 @@ pub enum InverseError {
         /// Upper end of the travel \[deg\].
         max: f64,
     },
-    /// More combinations of pose, branch and turn than are kept.
-    #[error("{poses} poses times {states} combinations of branch and turn are more than {max_cells}")]
+    /// More combinations of pose, branch and turn than the memory limit allows.
+    #[error(
+        "{poses} poses times {states} combinations of branch and turn are more than the limit of {max_cells}; send fewer poses, or limit the travels to fewer turns"
+    )]
     TooManyStates {
         /// Number of poses.
         poses: usize,
@@ -70,7 +72,7 @@ pub enum InverseError {
         /// Largest product accepted.
         max_cells: usize,
     },
-    /// The caller's stop signal.
+    /// The caller asked to stop.
     #[error("stopped on request")]
     Stopped,
 }

@@ -5,14 +5,14 @@ use super::pointing::nearest_integer;
 use super::two_way::Rules;
 use crate::machine::Travel;
 
-/// The words of one pose for both branches, as the choice sees them.
+/// The words of one pose for both branches, as the choice uses them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Stage {
     /// Principal words of u, v \[deg\] per branch.
     pub(super) words_deg: [[f64; 2]; 2],
     /// Whether the branch exists and keeps X Y Z within travel.
     pub(super) alive: [bool; 2],
-    /// u keeps its word: the state may change in the turn of v only.
+    /// u keeps its word: only the turn of v may change.
     pub(super) held: bool,
 }
 
@@ -21,13 +21,13 @@ pub(super) struct Stage {
 pub(super) struct Grid {
     pub(super) lowest: [i32; 2],
     pub(super) count: [usize; 2],
-    /// 360 on an axis without end, else 0.
+    /// 360 on an unlimited axis, otherwise 0.
     pub(super) period: [f64; 2],
     pub(super) travel: [Option<Travel>; 2],
 }
 
 impl Grid {
-    /// For the travels of u and v; `None` turns without end.
+    /// For the travels of u and v; `None` is unlimited.
     pub(super) fn new(travel: [Option<Travel>; 2]) -> Self {
         let mut grid = Self { lowest: [0; 2], count: [1; 2], period: [360.0; 2], travel };
         for (k, travel) in travel.iter().enumerate() {
@@ -46,12 +46,12 @@ impl Grid {
         grid
     }
 
-    /// Branches times turns.
+    /// Number of states: branches times turns.
     pub(super) fn states(&self) -> usize {
         2 * self.count[0] * self.count[1]
     }
 
-    /// What the lanes of a block need where there are two states per pose.
+    /// The rules for the lanes of a block, if there are two states per pose.
     pub(super) fn rules(&self, threshold_deg: f64) -> Option<Rules> {
         (self.count == [1, 1]).then(|| Rules {
             period: self.period,
@@ -81,14 +81,14 @@ impl Grid {
         360.0 * f64::from(self.lowest[k] + turn)
     }
 
-    /// The step of axis k, by the nearest turn where there is no end.
+    /// The step of axis k; on an unlimited axis to the nearest turn.
     #[inline]
     pub(super) fn step(&self, k: usize, from: f64, to: f64) -> f64 {
         let step = to - from;
         step - self.period[k] * nearest_integer(step * (1.0 / 360.0))
     }
 
-    /// The word of axis k where it has one turn or no end: then the turn nearest to `previous_deg`.
+    /// The word of axis k if it has one turn or is unlimited: then in the turn nearest to `previous_deg`.
     #[inline]
     pub(super) fn nearest_turn(&self, k: usize, principal_deg: f64, previous_deg: f64) -> f64 {
         if self.period[k] > 0.0 {
@@ -115,7 +115,7 @@ impl Grid {
         live
     }
 
-    /// The branch of `state` and its words at a stage: `previous_deg` decides the turn of axes without end.
+    /// The branch of `state` and its words at a stage. `previous_deg` decides the turn of unlimited axes.
     pub(super) fn words_deg(
         &self,
         state: usize,

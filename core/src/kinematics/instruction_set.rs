@@ -1,15 +1,15 @@
-//! Which instructions a loop over lanes may use. The results do not depend on it.
+//! The instructions that a loop over lanes may use. The results do not depend on them.
 
-/// The widest instructions a batch loop may use; what the processor lacks is left out by itself.
+/// The widest instructions a batch loop may use. Instructions that the processor lacks are not used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum InstructionSet {
-    /// Those every processor of the target has (SSE2 on x86-64).
+    /// The instructions of every processor of the target (SSE2 on x86-64).
     Baseline,
     /// Up to AVX2.
     Avx2,
     /// Up to AVX-512.
     Avx512,
-    /// What has been found the fastest here.
+    /// The fastest instructions found on this processor.
     #[default]
     Fastest,
 }

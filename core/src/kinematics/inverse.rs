@@ -1,4 +1,4 @@
-//! Every exact set of joints that puts the tool where a pose says.
+//! All exact sets of joints for a tool pose.
 
 use super::pointing::{Pointed, Pointing, principal_deg};
 use super::{InverseError, Joints, Kinematics, ToolPose};
@@ -10,17 +10,18 @@ use crate::machine::{Motion, Travel};
 pub const COMPUTED_WORD_SLACK: f64 = 1e-9;
 /// A direction beyond the reach limit by no more counts as on it \[rad\].
 pub const REACH_SLACK_RAD: f64 = 1e-9;
-/// Closer than this to a reach limit or to the pole \[rad\] the two solutions are one: the axis moves by no more.
+/// Closer than this to a reach limit or to the pole \[rad\] the two solutions are one: the axis moves by no more
+/// than this.
 const MERGE_RAD: f64 = 1e-13;
-/// Largest coordinate of a pose taken for real \[mm\].
+/// Largest coordinate of a pose accepted \[mm\].
 pub const MAX_COORDINATE_MM: f64 = 1e6;
 
-/// Which of the two solutions of the direction: the sign of B in `v-angle = b0 ± B` (§1).
+/// One of the two solutions of the direction: the sign of B in `v-angle = b0 ± B` (§1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Branch {
-    /// B positive, or zero where the two are one.
+    /// B is positive, or zero where both solutions are one.
     Plus,
-    /// B negative.
+    /// B is negative.
     Minus,
 }
 
@@ -31,25 +32,25 @@ impl Branch {
 /// One exact solution within travel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Which solution of the direction.
+    /// The solution of the direction.
     pub branch: Branch,
     /// Whole turns of the NC words beyond (−180, 180], in the profile's order.
     pub turns: [i32; 2],
     /// Axis positions.
     pub joints: Joints,
-    /// |t·(u × v′)|: 0 at the pole and at the reach limit, 1 at best.
+    /// |t·(u × v′)|: 0 at the pole and at the reach limit, 1 at its best.
     pub conditioning: f64,
-    /// Angle by which the tool axis misses the pose's \[rad\]: 0 but for a pose beyond the reach limit, by no more
+    /// Angle between the tool axis and the pose's \[rad\]: 0, except for a pose beyond the reach limit by no more
     /// than 1e-9 rad or the tilt of the location errors.
     pub axis_residual_rad: f64,
 }
 
-/// The directions' part of one pose, examined with care.
+/// The directions of one pose, examined one by one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solution {
     /// NC words of u, v \[deg\] for each branch.
     pub(super) words_deg: [[f64; 2]; 2],
-    /// One where both branches meet.
+    /// 1 where both branches meet.
     pub(super) branches: usize,
     pub(super) conditioning: f64,
     /// The axis is along ±u: the u-word is free.
@@ -60,14 +61,14 @@ pub(super) struct Solution {
 }
 
 impl Kinematics {
-    /// Every exact candidate of a pose: both branches, every whole turn inside the travels (on an unlimited axis
-    /// one, word in (−180, 180]), X Y Z within travel. At the pole the word of the axis next to the workpiece is
-    /// free and becomes `free_word_deg`, moved into its travel. `index` names the pose in errors.
+    /// All exact candidates of a pose: both branches and every whole turn inside the travels (an unlimited axis
+    /// has one, with its word in (−180, 180]), with X Y Z within travel. At the pole the word of the axis next to
+    /// the workpiece is free. It becomes `free_word_deg`, moved into its travel. `index` names the pose in errors.
     ///
     /// The number of candidates is at most [`Kinematics::max_candidates`].
     ///
     /// # Errors
-    /// No direction, out of reach, or every solution out of travel.
+    /// No direction, direction out of reach, or every solution out of travel.
     pub fn candidates(
         &self,
         index: usize,
@@ -131,7 +132,7 @@ impl Kinematics {
         }
     }
 
-    /// The largest number of candidates a pose can have: for estimates of size before the work starts.
+    /// The largest number of candidates of a pose, for estimates of size before the work starts.
     #[must_use]
     pub fn max_candidates(&self) -> usize {
         self.travel_deg.iter().fold(2, |count, travel| {
@@ -143,13 +144,13 @@ impl Kinematics {
     }
 
     /// The tilt that the location errors give u and v \[rad\]: the angles between nominal and calibrated direction
-    /// of both axes, summed. 0 where errors are ignored.
+    /// of both axes, summed. 0 if errors are ignored.
     #[must_use]
     pub fn tilt_rad(&self) -> f64 {
         self.tilt_rad
     }
 
-    /// The directions of one pose with reach, pole and merging examined.
+    /// The directions of one pose, with reach, pole and merging examined.
     pub(super) fn solution(&self, index: usize, pose: &ToolPose) -> Result<Solution, InverseError> {
         let Some(axis) = usable_axis(pose) else { return Err(InverseError::NoDirection { pose: index }) };
         let t: [f64; 3] = axis.into();
@@ -172,7 +173,7 @@ impl Kinematics {
         })
     }
 
-    /// Joints for the NC words of u, v \[deg\]: the tip exact for these very words.
+    /// Joints for the NC words of u, v \[deg\]. The tip is exact for these words.
     pub(super) fn joints_at(&self, tip_mm: Vec3, words_deg: [f64; 2]) -> Joints {
         let mut rotary_rad = [0.0; 2];
         for k in 0..2 {
@@ -181,7 +182,7 @@ impl Kinematics {
         Joints { linear_mm: self.linear_mm(tip_mm, rotary_rad), rotary_rad }
     }
 
-    /// The linear axis that leaves its travel most, if any, with the excess \[mm\].
+    /// The linear axis with the largest excess over its travel, if any, with the excess \[mm\].
     pub(super) fn linear_miss(&self, index: usize, linear_mm: Vec3) -> Option<(f64, InverseError)> {
         let mut worst: Option<(f64, InverseError)> = None;
         for (k, travel) in self.linear_travel_mm.iter().enumerate() {
@@ -197,10 +198,10 @@ impl Kinematics {
     }
 }
 
-/// Rotary misses are told only where no branch gets as far as the linear axes.
+/// An excess of a rotary axis is reported only if no branch reaches the check of the linear axes.
 pub(super) const ROTARY_RANK: f64 = 1e9;
 
-/// The pose's axis, normalised; `None` for a zero vector or numbers that are not finite or absurd.
+/// The pose's axis, normalised; `None` for a zero vector, or for numbers that are not finite or too large.
 pub(super) fn usable_axis(pose: &ToolPose) -> Option<Vec3> {
     let tip_ok = pose.tip_mm.iter().all(|c| (-MAX_COORDINATE_MM..=MAX_COORDINATE_MM).contains(c));
     let square = pose.axis.x * pose.axis.x + pose.axis.y * pose.axis.y + pose.axis.z * pose.axis.z;
@@ -214,9 +215,9 @@ struct Reach {
     tilt_rad: f64,
     nearest: f64,
     farthest: f64,
-    /// How far the direction is beyond reach; negative inside.
+    /// Angle of the direction beyond reach; negative inside.
     beyond_rad: f64,
-    /// The farther limit is the closer one.
+    /// Whether the farther limit is the closer one.
     far: bool,
 }
 
@@ -240,7 +241,7 @@ pub(super) fn turn_range(word_deg: f64, travel: Option<Travel>) -> std::ops::Ran
     range
 }
 
-/// The turned word that leaves the travel least, and by how much \[deg\].
+/// The turned word with the smallest excess over the travel, and that excess \[deg\].
 pub(super) fn least_excess(word_deg: f64, travel: Travel) -> (f64, f64) {
     let turns = ((0.5 * (travel.min + travel.max) - word_deg) / 360.0).round();
     let word = word_deg + 360.0 * turns;

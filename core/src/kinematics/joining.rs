@@ -1,11 +1,11 @@
-//! From chosen words to joints, and what is to be told of a way.
+//! Converts chosen words to joints, and collects the warnings of a path.
 
 use super::lanes::{BLOCK, JointBlock, PoseBlock, PoseSource, join};
 use super::walk::{HELD, LIMIT, Walk, branch_words};
 use super::{InverseError, PathWarning, WarningKind};
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
-    /// Turns the chosen words into joints, block by block, and collects the warnings.
+    /// Converts the chosen words to joints, block by block, and collects the warnings.
     pub(super) fn join(&mut self) -> Result<(), InverseError> {
         if self.singly {
             return self.join_singly();
@@ -69,7 +69,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(())
     }
 
-    /// Warns of a pose that is gone to by a rewind, or was marked.
+    /// Warns of a pose that is reached by a rewind, or that is marked.
     fn warn_of_step(&mut self, index: usize, previous: Option<[f64; 2]>, words: [f64; 2]) {
         let step = previous.map_or(0.0, |p| {
             let (du, dv) = ((words[0] - p[0]).abs(), (words[1] - p[1]).abs());
@@ -107,7 +107,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 }
 
-/// Whether a step between neighbours is over the threshold: no branch in the loop.
+/// Whether a step between neighbours is above the threshold. The loop has no branch.
 fn has_step_over(threshold_deg: f64, entered_deg: f64, words_deg: &[f64]) -> bool {
     let over = |from: f64, to: f64| u8::from((to - from).abs() > threshold_deg);
     let first = words_deg.first().map_or(0, |word| over(entered_deg, *word));

@@ -1,5 +1,6 @@
 //! The inverse for blocks of poses in structure-of-arrays form: directions first, linear words of the chosen
-//! solution last. Same operations as the single pose, without fused multiply-add: same bits.
+//! solution last. The operations are those of a single pose, without fused multiply-add, so the bits are the
+//! same.
 
 use multiversion::multiversion;
 
@@ -7,7 +8,7 @@ use super::pointing::Pointing;
 use super::{InstructionSet, Kinematics, PoseLanes, ToolPose};
 use crate::geometry::trig;
 
-/// Poses treated at a time: all arrays of a block stay in the second-nearest cache.
+/// Poses processed together: all arrays of a block stay in the second-nearest cache.
 pub(super) const BLOCK: usize = 256;
 pub(super) type Lane = [f64; BLOCK];
 
@@ -15,11 +16,11 @@ pub(super) type Lane = [f64; BLOCK];
 pub(super) trait PoseSource {
     fn count(&self) -> usize;
     fn pose(&self, index: usize) -> ToolPose;
-    /// Up to a block of poses from `start` on, and how many: where they stand, or copied into `copy`.
+    /// Up to a block of poses from `start` on, in place or copied into `copy`, and their number.
     fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>);
 }
 
-/// A block of poses where it stands: x y z, i j k.
+/// A block of poses in place: x y z, i j k.
 #[derive(Clone, Copy)]
 pub(super) struct Poses<'a> {
     pub(super) tip_mm: [&'a Lane; 3],
@@ -91,14 +92,14 @@ impl PoseSource for PoseLanes {
     }
 }
 
-/// The directions' part of a block.
+/// The directions of a block.
 pub(super) struct PointedBlock {
     /// Words of u, v \[deg\] of the first branch, then of the second.
     pub(super) words_deg: [Lane; 4],
-    /// y and x of the three angles that the words come from; then y holds the angle \[rad\].
+    /// y and x of the three angles from which the words are computed; afterwards y holds the angle \[rad\].
     sides: [Lane; 6],
     pub(super) conditioning: Lane,
-    /// Not positive where the lane needs care: near pole or reach limit, or no direction.
+    /// Not positive if the lane needs care: near the pole or the reach limit, or without direction.
     pub(super) margin: Lane,
 }
 
@@ -111,7 +112,7 @@ impl PointedBlock {
 
 /// Linear words and kinematic angles of chosen words.
 pub(super) struct JointBlock {
-    /// Words of u, v \[deg\]: what goes in.
+    /// Words of u, v \[deg\]: the input.
     pub(super) words_deg: [Lane; 2],
     /// θ of u, v \[rad\].
     pub(super) rotary_rad: [Lane; 2],
@@ -136,10 +137,10 @@ impl JointBlock {
     }
 }
 
-/// N and D below this need care: the solutions nearly meet.
+/// N and D below this need care: the solutions almost meet.
 const REACH_MARGIN: f64 = 1e-9;
 
-/// Solves the directions of a block; `cone_sin2` is sin² of the half-angle of the pole cone, widened.
+/// Solves the directions of a block. `cone_sin2` is sin² of the half-angle of the pole cone, widened.
 pub(super) fn point(
     set: InstructionSet,
     pointing: &Pointing,
@@ -170,7 +171,7 @@ fn point_avx512(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
     let pointing = *pointing;
-    // several short loops: the processor then works on many lanes at a time instead of waiting for one
+    // Several short loops let the processor work on many lanes at a time instead of waiting for one.
     #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
@@ -186,7 +187,7 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut P
         let reach = if aimed.reach[0] < aimed.reach[1] { aimed.reach[0] } else { aimed.reach[1] };
         let reach = reach - REACH_MARGIN;
         let least = if polar < reach { polar } else { reach };
-        // lengths that cannot be squared lose the margin, as does what is not a number
+        // Lengths that cannot be squared lose the margin, and so does NaN.
         let sound = length > 1e-100 && length < 1e100;
         out.margin[lane] = if sound { least } else { -1.0 };
     }
@@ -205,7 +206,7 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut P
     }
 }
 
-/// The chain towards the linear words as plain numbers.
+/// The chain for the linear words as plain numbers.
 #[derive(Clone, Copy)]
 pub(super) struct LinearChain {
     direction: [[f64; 3]; 2],
@@ -311,7 +312,7 @@ fn carry(chain: &LinearChain, k: usize, sin: f64, cos: f64, points: &mut [Lane; 
     }
 }
 
-/// The vector `v` turned about the unit direction `d` (Rodrigues), as the scalar screw does it.
+/// The vector `v` turned about the unit direction `d` (Rodrigues), with the operations of the scalar screw.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 pub(super) fn turn(d: [f64; 3], sin: f64, cos: f64, v: [f64; 3]) -> [f64; 3] {

@@ -1,4 +1,4 @@
-//! Tool poses to axis positions and back, for any two rotary axes.
+//! From tool poses to axis positions and back, for any two rotary axes.
 
 mod batch;
 mod chain;

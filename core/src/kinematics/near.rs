@@ -1,28 +1,28 @@
-//! Rotary words next to given ones: for posting a program anew on a machine that is nearly the same.
+//! Rotary words next to given ones, for posting a program again for a machine that is nearly the same.
 
 use super::inverse::{REACH_SLACK_RAD, usable_axis};
 use super::pointing::nearest_integer;
 use super::{InverseError, Kinematics, ToolPose};
 use crate::geometry::{Vec3, angle_between};
 
-/// Rotary words that point the tool, and how well.
+/// Rotary words that point the tool, and their error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearWords {
     /// NC words in the profile's order \[deg\].
     pub words_deg: [f64; 2],
-    /// Angle by which the tool axis misses the one asked for \[rad\]; 0 but inside the pole cone and beyond reach.
+    /// Angle between the tool axis and the one asked for \[rad\]; 0 except inside the pole cone and beyond reach.
     pub axis_residual_rad: f64,
-    /// The pole cone: the word of the axis next to the workpiece was held, not solved for.
+    /// Inside the pole cone: the word of the axis next to the workpiece was held, not solved for.
     pub held: bool,
 }
 
 impl Kinematics {
-    /// The rotary words that point the tool along `axis`, on the branch and in the turn of `near_deg` (profile order).
-    /// Travels are not looked at. Inside the pole cone ([`Kinematics::pole_cone_rad`]) the word of the axis next to the
-    /// workpiece is that of `near_deg` plus `held_deg`, and the other one fits best.
+    /// The rotary words that point the tool along `axis`, on the branch and in the turn of `near_deg` (profile
+    /// order). Travels are not checked. Inside the pole cone ([`Kinematics::pole_cone_rad`]) the word of the axis
+    /// next to the workpiece is that of `near_deg` plus `held_deg`, and the other axis gets its best fit.
     ///
     /// # Errors
-    /// No direction, or out of reach; `pose` is 0.
+    /// No direction, or direction out of reach; `pose` is 0.
     pub fn words_near(
         &self,
         axis: Vec3,
@@ -53,8 +53,8 @@ impl Kinematics {
         Ok(NearWords { words_deg, axis_residual_rad, held })
     }
 
-    /// By how much the word of the axis next to the workpiece differs between two sets of words in the profile's order
-    /// \[deg\]: what [`Kinematics::words_near`] holds inside the pole cone.
+    /// The difference of the word of the axis next to the workpiece between two sets of words in the profile's
+    /// order \[deg\]. [`Kinematics::words_near`] holds it inside the pole cone.
     #[must_use]
     pub fn turn_next_to_workpiece(&self, from_deg: [f64; 2], to_deg: [f64; 2]) -> f64 {
         let u = self.profile_index[0];

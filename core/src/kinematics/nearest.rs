@@ -1,12 +1,12 @@
-//! The greedy choice: at each pose what is nearest to the pose before.
+//! The greedy choice: at each pose the state nearest to the pose before.
 
 use super::cost::{Cost, NO_WAY, in_steps};
 use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
 
 impl Grid {
-    /// The branch and its words \[deg\] nearest to `previous_deg` at a stage (without it: nearest to zero), or `None` if all are
-    /// out of travel. Same order of costs as the dynamic programming, one step far.
+    /// The branch and its words \[deg\] nearest to `previous_deg` at a stage (without it: nearest to zero), or
+    /// `None` if all are out of travel. The order of costs is that of the dynamic programming, for one step.
     #[inline]
     pub(super) fn nearest(
         &self,

@@ -8,11 +8,11 @@ use super::walk::Walk;
 use super::{InstructionSet, InverseError, JointLanes, Joints, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Motion, Travel};
 
-/// A rotary step over this is a rewind \[deg\].
+/// A rotary step above this is a rewind \[deg\].
 pub const REWIND_DEG: f64 = 120.0;
-/// Largest number of poses times combinations of branch and turn that one path may have: bounds its memory.
+/// Largest number of poses times combinations of branch and turn of one path. It limits the memory.
 pub const MAX_CELLS: usize = 1 << 26;
-/// With more states than this a way that fits is taken even where ties were decided without the travels.
+/// With more states than this, a path that fits is taken even if ties were decided without the travels.
 pub(super) const RELAX_ABOVE: usize = 64;
 
 /// How one candidate of each pose is chosen.
@@ -21,39 +21,40 @@ pub enum Selection {
     /// The cheapest way through all poses (dynamic programming).
     #[default]
     Cheapest,
-    /// At each pose the candidate nearest to the previous one: faster, but may run into a travel's end.
+    /// At each pose the candidate nearest to the previous one. This is faster, but the path may run into the end of
+    /// a travel.
     Nearest,
 }
 
-/// Up to so many poses are treated singly: a block of lanes costs the same however few of them are used, as much as
-/// about twenty poses one by one (measured: 1 pose 1.6 µs against 17.6 µs, 16 poses 14 against 19).
+/// Largest number of poses that are solved one by one. A block of lanes costs the same for any number of poses, as
+/// much as about twenty poses one by one (measured: 1 pose 1.6 µs against 17.6 µs, 16 poses 14 against 19).
 const FEW: usize = 16;
 
-/// Whether poses are treated side by side.
+/// Whether poses are solved side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Lanes {
-    /// Where there are enough of them.
+    /// If there are enough of them.
     #[default]
     ByCount,
-    /// Always: for proving that the result is the same.
+    /// Always: to prove that the result is the same.
     Always,
-    /// Never: likewise.
+    /// Never: to prove that the result is the same.
     Never,
 }
 
-/// What a path may assume.
+/// The settings of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOptions {
-    /// NC words of the rotary axes before the first pose, in the profile's order \[deg\]; without them the first
+    /// NC words of the rotary axes before the first pose, in the profile's order \[deg\]. Without them the first
     /// pose costs nothing.
     pub start_words_deg: Option<[f64; 2]>,
-    /// A rotary step over this is a rewind \[deg\].
+    /// A rotary step above this is a rewind \[deg\].
     pub rewind_deg: f64,
-    /// How to choose.
+    /// The method of choice.
     pub selection: Selection,
-    /// The widest instructions to use; the result does not depend on them.
+    /// The widest instructions to use. The result does not depend on them.
     pub instructions: InstructionSet,
-    /// Which poses are treated in lanes; the result does not depend on it.
+    /// Which poses are solved in lanes. The result does not depend on it.
     pub lanes: Lanes,
 }
 
@@ -69,21 +70,21 @@ impl Default for PathOptions {
     }
 }
 
-/// What is worth knowing about a pose of a path.
+/// A warning about a pose of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathWarning {
     /// 0-based index of the pose.
     pub pose: usize,
-    /// What happened.
+    /// The kind.
     pub kind: WarningKind,
-    /// Angle by which the tool axis misses the pose's \[rad\].
+    /// Angle between the tool axis and the pose's \[rad\].
     pub axis_residual_rad: f64,
 }
 
 /// Kinds of [`PathWarning`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WarningKind {
-    /// A rotary axis turns by more than the threshold to get here.
+    /// A rotary axis turns by more than the threshold to reach this pose.
     Rewind,
     /// Inside the pole cone: the axis next to the workpiece was held.
     PoleHold,
@@ -98,7 +99,7 @@ pub struct Path {
     pub joints: JointLanes,
     /// |t·(u × v′)| of each pose: 0 at the pole and at the reach limit.
     pub conditioning: Vec<f64>,
-    /// In the order of the poses.
+    /// Warnings in the order of the poses.
     pub warnings: Vec<PathWarning>,
 }
 
@@ -119,15 +120,16 @@ impl Path {
 }
 
 impl Kinematics {
-    /// Chooses one set of joints for each pose. Travels are hard, for X Y Z too; an unlimited axis takes the
-    /// nearest turn. Cost: rewinds first, then travel Σ(|Δu| + |Δv|); travels within 1e-6° tie and the smaller
+    /// Chooses one set of joints for each pose. Travels are hard limits, for X Y Z too. An unlimited axis takes the
+    /// nearest turn. Cost: rewinds first, then travel Σ(|Δu| + |Δv|); travels within 1e-6° tie, and the smaller
     /// Σ|angle| wins. Inside the pole cone ([`Kinematics::pole_cone_rad`]) u keeps its previous word (first pose:
-    /// the start's, else that of the next pose outside, else 0), v fits best, the tip stays exact.
+    /// the start's, otherwise that of the next pose outside, otherwise 0). v gets its best fit, and the tip stays
+    /// exact.
     ///
     /// `stop` is asked once per block of poses.
     ///
     /// # Errors
-    /// The first pose without direction, out of reach or out of travel; too many turns; stopped.
+    /// The first pose without direction, out of reach or out of travel; too many turns; a stop by the caller.
     pub fn path(
         &self,
         poses: &[ToolPose],
@@ -139,10 +141,10 @@ impl Kinematics {
         Ok(path)
     }
 
-    /// [`Kinematics::path`] for poses in arrays: faster, nothing is rearranged.
+    /// [`Kinematics::path`] for poses in arrays: faster, because nothing is rearranged.
     ///
     /// # Errors
-    /// As [`Kinematics::path`].
+    /// As for [`Kinematics::path`].
     pub fn path_lanes(
         &self,
         poses: &PoseLanes,
@@ -154,10 +156,10 @@ impl Kinematics {
         Ok(path)
     }
 
-    /// [`Kinematics::path_lanes`] into a path whose memory is used again: for many paths one after the other.
+    /// [`Kinematics::path_lanes`] into a path whose memory is used again, for many paths one after the other.
     ///
     /// # Errors
-    /// As [`Kinematics::path`]; `path` is then without meaning.
+    /// As for [`Kinematics::path`]; `path` then means nothing.
     pub fn path_lanes_into(
         &self,
         poses: &PoseLanes,
@@ -168,15 +170,15 @@ impl Kinematics {
         self.path_of(poses, options, stop, path)
     }
 
-    /// Combinations of branch and turns kept per pose: for estimates before the work starts.
+    /// Combinations of branch and turns kept per pose, for estimates before the work starts.
     #[must_use]
     pub fn path_states(&self) -> usize {
         let states = Grid::new(self.travel_deg).states();
         if states > RELAX_ABOVE { 2 } else { states }
     }
 
-    /// How many combinations of branch and turns a choice among all poses keeps for `poses` poses. Each takes two bytes of
-    /// memory.
+    /// The number of combinations of branch and turns that a choice over all poses keeps for `poses` poses. Each
+    /// takes two bytes of memory.
     #[must_use]
     pub fn path_cells(&self, poses: usize) -> usize {
         Grid::new(self.travel_deg).states().saturating_mul(poses).min(MAX_CELLS)
@@ -204,7 +206,8 @@ impl Kinematics {
         if poses.count() == 0 {
             return Ok(());
         }
-        // Before a single pose there is the start at most: what is nearest is cheapest, without room for ways to be compared.
+        // A single pose has at most the start before it: the nearest state is the cheapest, without memory to
+        // compare paths.
         let selection = if poses.count() == 1 { Selection::Nearest } else { options.selection };
         match selection {
             Selection::Nearest => walk.choose_nearest(grid)?,
@@ -222,7 +225,7 @@ impl Kinematics {
             let axis = Motion::Rotary(self.profile_index[k]);
             let max_abs = crate::machine::Machine::MAX_TRAVEL_DEG;
             let Travel { min, max } = self.travel_deg[k].unwrap_or(Travel { min: -max_abs, max: max_abs });
-            // what is not a number is outside too
+            // NaN is outside too.
             if !(Travel { min, max }).contains(commanded, super::COMPUTED_WORD_SLACK) {
                 return Err(InverseError::StartOutOfTravel { axis, commanded, min, max });
             }

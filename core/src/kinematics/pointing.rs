@@ -23,11 +23,11 @@ pub(super) struct Pointing {
     inverse_product: f64,
     /// The angle about v from t0 to u \[rad\].
     pub(super) b0_rad: f64,
-    /// What turns kinematic radians into NC degrees: ±180/π for u, v.
+    /// Factors from kinematic radians to NC degrees: ±180/π for u, v.
     word_per_rad: [f64; 2],
 }
 
-/// Both solutions of one direction and how near it is to where they meet.
+/// Both solutions of one direction, and its distance from the place where they meet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pointed {
     /// NC words of u, v \[deg\] in (−180, 180], for B positive and negative.
@@ -54,7 +54,7 @@ pub(super) struct Aimed {
 }
 
 impl Pointing {
-    /// For the unit directions `u`, `v`, the tool axis `t0` and the senses in which the control counts (±1).
+    /// For the unit directions `u`, `v`, the tool axis `t0` and the directions in which the control counts (±1).
     pub(super) fn new(u: Vec3, v: Vec3, t0: Vec3, senses: [f64; 2]) -> Self {
         let normal = u.cross(&v);
         let (sin_sigma, cos_sigma) = (normal.norm(), u.dot(&v));
@@ -81,15 +81,15 @@ impl Pointing {
         }
     }
 
-    /// Both solutions for the unit direction `t`. Beyond reach the nearest: N or D is then negative. At the pole
-    /// the u-words mean nothing.
+    /// Both solutions for the unit direction `t`. Beyond reach the nearest ones: N or D is then negative. At the
+    /// pole the words of u mean nothing.
     pub(super) fn solve(&self, t: [f64; 3]) -> Pointed {
         let Aimed { sides, conditioning, half_tilt, reach } = self.aim(t);
         let angles_rad = sides.map(|[y, x]| trig::atan2(y, x));
         Pointed { words_deg: self.words_deg(angles_rad), conditioning, half_tilt, reach }
     }
 
-    /// What of [`Pointing::solve`] needs no trigonometry.
+    /// The part of [`Pointing::solve`] that needs no trigonometry.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
     pub(super) fn aim(&self, t: [f64; 3]) -> Aimed {
@@ -105,7 +105,7 @@ impl Pointing {
         let double_root = 2.0 * (num * den).sqrt();
         let sin_b = double_root * self.inverse_product;
         let cos_b = (den - num) * self.inverse_product;
-        // t′ = exp(β v) t0 across u: the same for both solutions but for the sign along u × v
+        // t′ = exp(β v) t0 across u: the same for both solutions except the sign along u × v.
         let across = [self.sin_tau * sin_b, self.sin_sigma_cos_tau - self.cos_sigma_sin_tau * cos_b];
         Aimed {
             sides: [[double_root, den - num], across, [dot(&t, n), dot(&t, w)]],
@@ -123,7 +123,7 @@ impl Pointing {
         [[word(gamma + eta, 0), word(self.b0_rad + b, 1)], [word(gamma - eta, 0), word(self.b0_rad - b, 1)]]
     }
 
-    /// The one solution where both meet: the nearer (`far` false: B = 0) or farther (B = π) reach limit.
+    /// The only solution where both meet, at the nearer (`far` false: B = 0) or farther (B = π) reach limit.
     pub(super) fn solve_at_limit(&self, t: [f64; 3], far: bool) -> [f64; 2] {
         let [_, w, n] = &self.frame;
         let (b, cos_b) = if far { (std::f64::consts::PI, -1.0) } else { (0.0, 1.0) };
@@ -139,7 +139,7 @@ impl Pointing {
 /// Degrees in a radian, rounded like `f64::to_degrees`.
 pub(super) const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
 
-/// A word this near to −180° \[deg\] is written as 180: rounding must not decide a whole turn.
+/// A word this near to −180° \[deg\] is written as 180, so that rounding does not decide a whole turn.
 const HALF_TURN_SLACK_DEG: f64 = 1e-11;
 
 /// The same position in (−180, 180] \[deg\], for |word| far below 2⁵¹ turns.

@@ -1,4 +1,4 @@
-//! Axes of several turns, chosen as if they had no end: two states a pose instead of one for every turn.
+//! Axes of several turns, chosen as if they were unlimited: two states per pose instead of one for every turn.
 
 use super::cost::TIE_DEG;
 use super::grid::Grid;
@@ -9,9 +9,9 @@ use super::{COMPUTED_WORD_SLACK, InverseError};
 use crate::machine::Travel;
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
-    /// With several turns: the way as if those axes had no end. No way within travels is cheaper, and one as cheap
-    /// is the same but for whole turns, so if it fits after a shift by these it is the answer. False if it does not
-    /// fit, or if ways tied that cannot be told apart afterwards.
+    /// With several turns: the path as if those axes were unlimited. No path within travels is cheaper, and one of
+    /// the same cost differs by whole turns only. So if it fits after a shift by these, it is the answer. False if
+    /// it does not fit, or if paths tied that cannot be distinguished afterwards.
     pub(super) fn choose_relaxed(&mut self, grid: Grid) -> Result<bool, InverseError> {
         let travel = self.kinematics.travel_deg;
         let one_turn = |k: usize| grid.count[k] == 1;
@@ -55,14 +55,14 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 }
 
-/// Whether no step is so near to half a turn that it could as well go the other way round.
+/// Whether no step is so near to half a turn that it could also go the other way round.
 fn turns_one_way(words_deg: &[f64], start_deg: Option<f64>) -> bool {
     let before = start_deg.iter().chain(words_deg);
     let after = if start_deg.is_some() { words_deg } else { words_deg.get(1..).unwrap_or_default() };
     before.zip(after).all(|(before, after)| (after - before).abs() < 180.0 - TIE_DEG)
 }
 
-/// The shift by whole turns that brings all words into the travel with the smallest Σ|word|; with a start given
+/// The shift by whole turns that brings all words into the travel with the smallest Σ|word|. With a given start,
 /// only no shift.
 fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
     let (low, high) = words_deg
@@ -77,7 +77,7 @@ fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
     if fixed {
         return Some(0.0);
     }
-    // Σ|word + 360 k| is least where the median word comes nearest to zero
+    // Σ|word + 360 k| is least where the median word is nearest to zero.
     let mut sorted = words_deg.to_vec();
     let half = sorted.len() / 2;
     let (_, median, _) = sorted.select_nth_unstable_by(half, f64::total_cmp);

@@ -1,50 +1,50 @@
-//! Where the rotary axes have to turn far for a small turn of the tool.
+//! The directions in which the rotary axes have to turn far for a small turn of the tool.
 //!
-//! The tool axis moves by `dt = (u × t) dθ_u + (v′ × t) dθ_v`. The smaller singular value of that map, the *gain*, says how
-//! far the tool axis turns at least for a turn of the rotary axes by 1; its inverse is how much faster than the tool
-//! axis they have to turn at worst. The product of both values is the conditioning |t·(u × v′)| of §1. All of it
-//! depends on φ, the angle between u and t, alone; it vanishes at both ends of the reach, |σ − τ| and
-//! min(σ + τ, 2π − σ − τ). Where such an end is 0 or π the tool stands along u: the pole.
+//! The tool axis moves by `dt = (u × t) dθ_u + (v′ × t) dθ_v`. The smaller singular value of that map, the *gain*,
+//! is the smallest turn of the tool axis for a turn of the rotary axes by 1. Its inverse is how much faster than
+//! the tool axis they have to turn at worst. The product of both singular values is the conditioning |t·(u × v′)|
+//! of §1. All of it depends on φ alone, the angle between u and t. It vanishes at both ends of the reach, |σ − τ|
+//! and min(σ + τ, 2π − σ − τ). If such an end is 0 or π, the tool is along u: the pole.
 
 use std::f64::consts::{PI, TAU};
 
 use super::Kinematics;
 use crate::geometry::{GreatCircle, Vec3, angle_between, trig};
 
-/// Halvings of an interval of φ: the last digit is reached.
+/// Number of halvings of an interval of φ, which reaches the last digit.
 const HALVINGS: usize = 60;
 /// A great circle shorter than this has no inner extreme \[rad\].
 const SHORT_RAD: f64 = 1e-12;
 
-/// What is singular.
+/// The kind of singularity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SingularityKind {
-    /// The tool stands along the axis next to the workpiece, whose word is then free.
+    /// The tool is along the axis next to the workpiece, whose word is then free.
     Pole,
-    /// The tool leans as far as the two rotary axes can make it: both solutions meet.
+    /// The tool tilts as far as the two rotary axes allow: both solutions meet.
     ReachLimit,
 }
 
-/// How near a direction of the tool is to where the rotary axes cannot follow.
+/// The distance of a tool direction from the nearest singularity, where the rotary axes cannot follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Singularity {
-    /// Of the nearer one.
+    /// The kind of the nearer singularity.
     pub kind: SingularityKind,
-    /// Angle to it \[rad\]; 0 beyond.
+    /// Angle to it \[rad\]; 0 beyond it.
     pub angle_rad: f64,
-    /// How far the tool axis turns at least for a turn of the rotary axes by 1.
+    /// The smallest turn of the tool axis for a turn of the rotary axes by 1.
     pub gain: f64,
 }
 
 /// The directions near a singularity on one machine, as ranges of φ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingularZone {
-    /// Below and above these the gain is too small \[rad\].
+    /// Outside these two angles the gain is too small \[rad\].
     inner_rad: [f64; 2],
 }
 
 impl SingularZone {
-    /// Whether a stretch with these least and largest φ \[rad\] enters the zone.
+    /// Whether a stretch with this smallest and largest φ \[rad\] enters the zone.
     #[must_use]
     pub fn is_entered(&self, polar_range_rad: [f64; 2]) -> bool {
         polar_range_rad[0] < self.inner_rad[0] || polar_range_rad[1] > self.inner_rad[1]
@@ -65,7 +65,7 @@ impl Kinematics {
         [(sigma - tau).abs(), (sigma + tau).min(TAU - (sigma + tau))]
     }
 
-    /// How near the tool is to a singularity where it stands at φ \[rad\] to the axis next to the workpiece.
+    /// The nearest singularity of a tool at φ \[rad\] to the axis next to the workpiece.
     #[must_use]
     pub fn singularity_at(&self, polar_rad: f64) -> Singularity {
         let [nearest, farthest] = self.polar_reach_rad();
@@ -80,7 +80,7 @@ impl Kinematics {
         }
     }
 
-    /// The zone where the gain is below `least_gain`.
+    /// The zone with a gain below `least_gain`.
     #[must_use]
     pub fn singular_zone(&self, least_gain: f64) -> SingularZone {
         let [nearest, farthest] = self.polar_reach_rad();
@@ -100,8 +100,8 @@ impl Kinematics {
         SingularZone { inner_rad: [edge(nearest), edge(farthest)] }
     }
 
-    /// The least and the largest φ \[rad\] on the way between two pairs of rotary words (profile order) \[deg\]: while
-    /// the words run linearly, and on the great circle between the directions at both ends.
+    /// The smallest and the largest φ \[rad\] between two pairs of rotary words (profile order) \[deg\]: while the
+    /// words run linearly, and on the great circle between the directions at both ends.
     #[must_use]
     pub fn polar_range_rad(&self, rotary_rad: [[f64; 2]; 2], axes: [Vec3; 2]) -> [f64; 2] {
         let v = self.profile_index[1];
@@ -135,7 +135,7 @@ impl Kinematics {
         range
     }
 
-    /// φ at the angle B of v from where the tool is nearest to u \[rad\].
+    /// φ at the angle B of v from the position of v at which the tool is nearest to u \[rad\].
     fn polar_at(&self, b_rad: f64) -> f64 {
         let (sin, cos) = trig::sin_cos(0.5 * b_rad);
         let product = self.pointing.product;
@@ -155,8 +155,8 @@ impl Kinematics {
         (2.0 / (squares + root)).sqrt() * product
     }
 
-    /// The word \[deg\] of the axis next to the tool that points it best to the unit `axis` while the axis next to the
-    /// workpiece stands at `first_deg`; of the words that differ by whole turns the one nearest to `near_deg`.
+    /// The word \[deg\] of the axis next to the tool that points it best to the unit `axis` while the axis next to
+    /// the workpiece is at `first_deg`. Of the words that differ by whole turns, the one nearest to `near_deg`.
     #[must_use]
     pub fn best_second_deg(&self, axis: Vec3, first_deg: f64, near_deg: f64) -> f64 {
         let word = self.held_word_deg(axis, first_deg);
@@ -165,7 +165,7 @@ impl Kinematics {
         if within(turned) || !within(word) { turned } else { word }
     }
 
-    /// Index in the profile of the axis next to the workpiece and of the one next to the tool.
+    /// Index in the profile of the axis next to the workpiece, and of the axis next to the tool.
     #[must_use]
     pub fn workpiece_to_tool(&self) -> [usize; 2] {
         self.profile_index

@@ -1,7 +1,8 @@
-//! Near the pole: the axis next to the workpiece is held, the other one fits best.
+//! Near the pole the axis next to the workpiece is held, and the other axis gets its best fit.
 //!
-//! On a calibrated machine the exact inverse is wild where the tool stands along u (§1 "Pole"): 50 µrad of tilt
-//! move C by 35° at A = 0.01°. Path selection therefore holds u inside a cone about the pole; the tip stays exact.
+//! On a calibrated machine the exact inverse changes wildly near the direction along u (§1 "Pole"): 50 µrad of
+//! tilt move C by 35° at A = 0.01°. Path selection therefore holds u inside a cone about the pole; the tip stays
+//! exact.
 
 use super::pointing::{DEG_PER_RAD, principal_deg};
 use super::{COMPUTED_WORD_SLACK, Kinematics};
@@ -19,8 +20,8 @@ impl Kinematics {
         MIN_CONE_DEG.to_radians().max(2.0 * self.tilt_rad)
     }
 
-    /// The word of v \[deg\] that points the tool best to the unit `axis` while u stands at `u_deg`. A travel that
-    /// misses the best word by less than twice the cone is used to its end.
+    /// The word of v \[deg\] that points the tool best to the unit `axis` while u is at `u_deg`. If a travel ends
+    /// before the best word by less than twice the cone, its end is used.
     pub(super) fn held_word_deg(&self, axis: Vec3, u_deg: f64) -> f64 {
         let [u, v] = &self.screws;
         let wanted = u.turn(-self.sense[0] * u_deg.to_radians(), axis);
@@ -28,7 +29,7 @@ impl Kinematics {
             principal_deg(self.sense[1] * angle_about(v.direction, Machine::TOOL_AXIS, wanted) * DEG_PER_RAD);
         let Some(travel) = self.travel_deg[1] else { return best };
         let turns = ((0.5 * (travel.min + travel.max) - best) / 360.0).round();
-        // the end that is nearest by turning either way
+        // The end of the travel that is nearest in either direction.
         [best + 360.0 * turns, best + 360.0 * (turns - 1.0), best + 360.0 * (turns + 1.0)]
             .into_iter()
             .map(|word| {
@@ -43,7 +44,7 @@ impl Kinematics {
             .unwrap_or(best)
     }
 
-    /// Conditioning and the angle \[rad\] by which the tool misses the unit `axis` at these words of u, v \[deg\].
+    /// Conditioning, and the angle \[rad\] between the tool and the unit `axis` at these words of u, v \[deg\].
     pub(super) fn held_quality(&self, axis: Vec3, words_deg: [f64; 2]) -> (f64, f64) {
         let mut rotary_rad = [0.0; 2];
         for k in 0..2 {

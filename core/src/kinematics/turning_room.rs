@@ -1,9 +1,9 @@
 //! How far the axis next to the workpiece may turn while the other one keeps the tool within a tolerance.
 //!
-//! With u at `θ_u` the best v leaves the tool axis `|∠(v, exp(−θ_u û) t) − τ|` away from t, and
-//! `cos ∠ = cos σ cos φ + sin σ sin φ cos x`, x being what is left of t's azimuth. The words within a tolerance are
-//! therefore an interval about each of the two solutions, in closed form; near a singularity the two grow together,
-//! and at the pole every word will do.
+//! With u at `θ_u`, the best v leaves the tool axis `|∠(v, exp(−θ_u û) t) − τ|` away from t, and
+//! `cos ∠ = cos σ cos φ + sin σ sin φ cos x`, where x is the rest of t's azimuth. The words within a tolerance are
+//! therefore an interval about each of the two solutions, in closed form. Near a singularity the two intervals grow
+//! together, and at the pole every word is within tolerance.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,10 +12,10 @@ use super::{Branch, Kinematics};
 use crate::geometry::{Vec3, angle_about, trig};
 use crate::machine::Machine;
 
-/// Across the axis by less than this a direction has no azimuth.
+/// A direction whose part across the axis is shorter than this has no azimuth.
 const NO_AZIMUTH: f64 = 1e-14;
 
-/// Words of the axis next to the workpiece \[deg\]: an interval, without ends where every word will do.
+/// Words of the axis next to the workpiece \[deg\]: an interval, without ends if every word is within tolerance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurningRoom {
     /// Smallest and largest word.
@@ -23,13 +23,13 @@ pub struct TurningRoom {
 }
 
 impl TurningRoom {
-    /// No room: this word and no other.
+    /// No room: only this word.
     #[must_use]
     pub fn only(word_deg: f64) -> Self {
         Self { range_deg: [word_deg; 2] }
     }
 
-    /// Whether every word will do, travel apart.
+    /// Whether every word is within tolerance, regardless of travel.
     #[must_use]
     pub fn is_free(&self) -> bool {
         self.range_deg == [f64::NEG_INFINITY, f64::INFINITY]
@@ -43,16 +43,16 @@ impl TurningRoom {
 }
 
 impl Kinematics {
-    /// Which solution of the direction these rotary angles (profile order) \[rad\] are.
+    /// The solution of the direction to which these rotary angles (profile order) \[rad\] belong.
     #[must_use]
     pub fn branch(&self, rotary_rad: [f64; 2]) -> Branch {
         let b_rad = rotary_rad[self.profile_index[1]] - self.pointing.b0_rad;
         if trig::sin_cos(b_rad).0 >= 0.0 { Branch::Plus } else { Branch::Minus }
     }
 
-    /// The words of the axis next to the workpiece with which the other one can point the tool to the unit `axis`
-    /// within `tolerance_rad`, about the solution of this branch, in the turn nearest to `near_deg`; the travel is not
-    /// looked at. `None`: no word does.
+    /// The words of the axis next to the workpiece with which the other axis can point the tool to the unit `axis`
+    /// within `tolerance_rad`. They are about the solution of this branch, in the turn nearest to `near_deg`. The
+    /// travel is not checked. `None` if there is no such word.
     #[must_use]
     pub fn turning_room(
         &self,
@@ -79,7 +79,7 @@ impl Kinematics {
         let arc_cosine = |c: f64| trig::atan2(((1.0 - c) * (1.0 + c)).max(0.0).sqrt(), c);
         let azimuth = angle_about(u, v, axis);
         let sign = if branch == Branch::Plus { 1.0 } else { -1.0 };
-        // x between these on the side of the branch
+        // x between these, on the side of the branch.
         let (from, to) = match (high >= 1.0, low <= -1.0) {
             (true, true) => return Some(TurningRoom { range_deg: [f64::NEG_INFINITY, f64::INFINITY] }),
             (true, false) => (-arc_cosine(low), arc_cosine(low)),
@@ -107,7 +107,7 @@ mod tests {
     use crate::kinematics::Setup;
     use crate::machine::PRESETS;
 
-    /// Sums of a few cosines, doubled in their digits lost near the pole \[rad\].
+    /// Sums of a few cosines, with twice the digits lost near the pole \[rad\].
     const ARITHMETIC_RAD: f64 = 1e-9;
 
     #[test]

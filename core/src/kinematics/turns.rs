@@ -1,9 +1,9 @@
-//! One step of the dynamic programming where axes have several turns.
+//! One step of the dynamic programming for axes with several turns.
 //!
-//! A target is reached without a rewind from one turn of each branch only, by a step that is the same for all
-//! turns. With a rewind it may be reached from every state: the minimum of cost + |Δu| + |Δv| over all of them is
-//! found along v, then along u, by prefix and suffix minima. A rewind can only help a target that costs a rewind
-//! more than the cheapest source, so most steps need no minima at all.
+//! A target is reached without a rewind from only one turn of each branch, by a step that is the same for all
+//! turns. With a rewind it can be reached from every state. The minimum of cost + |Δu| + |Δv| over all of them is
+//! found along v, then along u, by prefix and suffix minima. A rewind only helps a target that costs a rewind more
+//! than the cheapest source, so most steps need no minima at all.
 
 use std::ops::Range;
 
@@ -14,13 +14,13 @@ use super::pointing::nearest_integer;
 
 /// The step from the words of one branch to those of another.
 struct Leg {
-    /// Index of the first state of the branch come from and of that gone to.
+    /// Index of the first state of the source branch and of the target branch.
     base: [usize; 2],
-    /// Between the words of equal turns, for u and v \[deg\].
+    /// Step between the words of equal turns, for u and v \[deg\].
     between_deg: [f64; 2],
-    /// By the nearest turn \[deg\].
+    /// Step by the nearest turn \[deg\].
     nearest_deg: [f64; 2],
-    /// The turns that the nearest one lies beyond its target's; 0 on an axis without end.
+    /// Number of turns by which the nearest one is beyond its target's; 0 on an unlimited axis.
     shift: [isize; 2],
     /// u keeps its word.
     held: bool,
@@ -48,7 +48,7 @@ impl Leg {
     }
 }
 
-/// A number of turns: principal words are less than two apart.
+/// A number of turns as an integer: principal words are less than two apart.
 fn whole(turns: f64) -> isize {
     #[expect(clippy::cast_possible_truncation, reason = "−1, 0 or 1")]
     let turns = turns as isize;
@@ -56,7 +56,7 @@ fn whole(turns: f64) -> isize {
 }
 
 impl Choice {
-    /// One pose on, for thresholds below half a turn.
+    /// Advances one pose, for thresholds below half a turn.
     pub(super) fn advance_by_turns(&mut self, stage: &Stage) {
         let grid = self.grid;
         self.next.fill(NO_WAY);
@@ -141,7 +141,7 @@ impl Choice {
         }
     }
 
-    /// The words of a state that has been reached.
+    /// The words of a state that was reached.
     fn arrive(&mut self, stage: &Stage, branch: usize, turns: [usize; 2]) {
         let grid = self.grid;
         let state = (branch * grid.count[0] + turns[0]) * grid.count[1] + turns[1];
@@ -164,14 +164,14 @@ impl Choice {
 }
 
 /// `out[t] = min over s of sources\[s\] + |Δ + 360 (t − s)|` for the targets `live`: prefix and suffix minima on a
-/// limited axis; on an axis without end there is one source and one target.
+/// limited axis. An unlimited axis has one source and one target.
 fn spread(grid: &Grid, leg: &Leg, k: usize, sources: &[Cost], live: Range<usize>, out: &mut [Cost]) {
     if grid.period[k] > 0.0 {
         out[0] = sources[0].plus_travel(leg.nearest_deg[k].abs());
         return;
     }
     let between = leg.between_deg[k];
-    // sources up to this many turns beyond a target stand below it
+    // Sources up to this many turns beyond a target are below it.
     let below = whole((between * (1.0 / 360.0)).floor());
     let word = |turn: usize| 360.0 * turn as f64;
     let split =

@@ -1,8 +1,8 @@
-//! Weights of all steps of a block where each pose has just two states: one turn of each axis, or no end.
+//! Weights of all steps of a block whose poses have just two states: one turn of each axis, or no limit.
 //!
 //! Everything that does not depend on earlier choices is computed in lanes: travel, rewind and change of whole
-//! turns of the four steps between the branches of neighbouring poses, and which one is the nearest. What is left
-//! to do pose by pose is additions and comparisons.
+//! turns of the four steps between the branches of neighbouring poses, and the nearest of them. Only additions
+//! and comparisons remain to be done pose by pose.
 
 use multiversion::multiversion;
 
@@ -11,10 +11,10 @@ use super::cost::{TIE_DEG, in_steps};
 use super::lanes::{BLOCK, Lane};
 use super::pointing::nearest_integer;
 
-/// What the weights depend on.
+/// The values on which the weights depend.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rules {
-    /// 360 on an axis without end, else 0, for u and v.
+    /// 360 on an unlimited axis, otherwise 0, for u and v.
     pub(super) period: [f64; 2],
     /// The one turn of a limited axis \[deg\], for u and v.
     pub(super) turn_deg: [f64; 2],
@@ -23,7 +23,7 @@ pub(super) struct Rules {
     pub(super) threshold_deg: f64,
 }
 
-/// Steps into the lanes of a block; index `2·from + to` where there are four.
+/// Steps into the lanes of a block, with index `2·from + to` for the four steps.
 pub(super) struct Weights {
     /// Principal words of u, v of the first branch, then of the second, in steps of 2⁻³⁰°.
     pub(super) words: [Lane; 4],
@@ -34,7 +34,7 @@ pub(super) struct Weights {
     pub(super) turns_u: [Lane; 4],
     /// Whole turns to add to the word of v.
     pub(super) turns_v: [Lane; 4],
-    /// From each branch the nearest one; 0.5 where they tie or both are out of travel.
+    /// The nearest branch from each branch; 0.5 if they tie or both are out of travel.
     pub(super) nearest: [Lane; 2],
 }
 
@@ -52,8 +52,8 @@ impl Weights {
     }
 }
 
-/// Weighs the steps into every lane; those into the first lane come from the words `previous`. `all` false: only
-/// the nearest branches are wanted.
+/// Computes the weights of the steps into every lane. Those into the first lane come from the words `previous`.
+/// With `all` false only the nearest branches are computed.
 pub(super) fn weigh(
     set: InstructionSet,
     rules: &Rules,

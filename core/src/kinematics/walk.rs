@@ -1,4 +1,4 @@
-//! The work behind `path`: examine all directions, choose a way; [`super::joining`] makes joints of it.
+//! The work of `path`: examine all directions and choose a path; [`super::joining`] converts it to joints.
 
 use std::ops::ControlFlow;
 
@@ -13,13 +13,13 @@ use crate::geometry::trig;
 use crate::machine::Motion;
 
 const ALIVE: [u8; 2] = [1, 2];
-/// Both branches, nothing to watch.
+/// Both branches are alive, and nothing is special.
 const PLAIN: u8 = 3;
 pub(super) const HELD: u8 = 4;
-/// Near pole or reach limit: has a residual to be told.
+/// Near the pole or the reach limit: the pose has a residual to report.
 pub(super) const LIMIT: u8 = 8;
 
-/// The steps into the poses of a block, weighed in lanes.
+/// The steps into the poses of a block, with weights computed in lanes.
 struct Weighed {
     rules: Rules,
     /// Principal words of u, v of the first branch, then of the second \[deg\].
@@ -47,7 +47,7 @@ pub(super) struct Walk<'a, P: ?Sized> {
     pub(super) options: &'a PathOptions,
     /// Without lanes.
     pub(super) singly: bool,
-    /// In the order u, v \[deg\].
+    /// Words before the first pose, in the order u, v \[deg\].
     pub(super) start: Option<[f64; 2]>,
     pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
     pub(super) out: &'a mut Path,
@@ -62,7 +62,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    /// Solves all directions; poses near pole, reach limit or travel ends singly.
+    /// Solves all directions. Poses near the pole, the reach limit or travel ends are solved one by one.
     pub(super) fn examine(&mut self) -> Result<(), InverseError> {
         let count = self.poses.count();
         let kinematics = self.kinematics;
@@ -85,7 +85,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let linear_limited = kinematics.linear_travel_mm.iter().any(Option::is_some);
         let all_singly = linear_limited || self.singly;
         let mut lanes = (!all_singly).then(|| (Box::new(PoseBlock::new()), Box::new(PointedBlock::new())));
-        // principal words of u of the latest pose, per branch, for those held; none yet: poses wait
+        // Principal words of u of the latest pose, per branch, for held poses. Before there are any, held poses
+        // wait.
         let mut held_u: Option<[f64; 2]> = self.start.map(|words| [principal_deg(words[0]); 2]);
         let mut waiting = 0;
         for begin in (0..count).step_by(BLOCK) {
@@ -98,14 +99,14 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                     continue;
                 }
                 if self.examine_one(pose, cone)? {
-                    // inside the cone
+                    // Inside the cone.
                     if let Some(u_deg) = self.entry(pose, held_u) {
                         held_u = Some(u_deg);
                         self.hold(pose, u_deg)?;
                     }
                 }
             }
-            // poses before the first one outside the cone take its words
+            // Poses before the first one outside the cone take its words.
             if held_u.is_none() {
                 while waiting < end && self.marks[waiting] & HELD != 0 {
                     waiting += 1;
@@ -128,7 +129,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(())
     }
 
-    /// Solves the directions of a block in lanes. True if any of its poses needs care: those have no margin then.
+    /// Solves the directions of a block in lanes. True if any of its poses needs care and so has no margin.
     fn point(
         &mut self,
         begin: usize,
@@ -148,7 +149,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             is_near(0) & is_near(1) & is_near(2)
         };
         let sound = |lane: usize| u8::from(pointed.margin[lane] > 0.0) & tip_is_near(lane);
-        // without a branch in the loop
+        // Without a branch in the loop.
         if (0..size).fold(1, |all, lane| all & sound(lane)) == 1 {
             return false;
         }
@@ -160,7 +161,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         true
     }
 
-    /// The words of u that a held pose keeps: those of the pose before, or what the path begins with.
+    /// The words of u that a held pose keeps: those of the pose before, or those at the beginning of the path.
     fn entry(&self, pose: usize, begins_with: Option<[f64; 2]>) -> Option<[f64; 2]> {
         let begins_with = begins_with?;
         Some(if pose == 0 { begins_with } else { self.u_words(pose - 1) })
@@ -171,7 +172,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         [first_u_deg[pose], second_u_deg[pose]]
     }
 
-    /// Examines a pose singly; true if it is inside the pole cone.
+    /// Examines one pose; true if it is inside the pole cone.
     fn examine_one(&mut self, index: usize, cone_rad: f64) -> Result<bool, InverseError> {
         let kinematics = self.kinematics;
         let pose = self.poses.pose(index);
@@ -206,7 +207,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         self.kinematics.linear_miss(index, linear_mm).is_none()
     }
 
-    /// Holds u at these words (one per branch by which the cone was entered); v fits best.
+    /// Holds u at these words, one for each branch by which the cone was entered. v gets its best fit.
     fn hold(&mut self, index: usize, u_deg: [f64; 2]) -> Result<(), InverseError> {
         let pose = self.poses.pose(index);
         let axis = super::inverse::usable_axis(&pose).ok_or(InverseError::NoDirection { pose: index })?;
@@ -275,7 +276,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(())
     }
 
-    /// The costs of all ways; `TIES`: whether ties are marked.
+    /// The costs of all paths; `TIES`: whether ties are marked.
     pub(super) fn costs<const TIES: bool>(&mut self, grid: Grid) -> Result<Choice, InverseError> {
         let poses = self.poses.count();
         let states = grid.states();
@@ -316,7 +317,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(choice)
     }
 
-    /// The weights of the steps into the poses `begin..end`, from the words `before` on.
+    /// The weights of the steps into the poses `begin..end`, starting from the words `before`.
     fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
         for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
             lane[..end - begin].copy_from_slice(&from[begin..end]);
@@ -326,13 +327,13 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         weigh(self.options.instructions, rules, before, words, all, weights);
     }
 
-    /// Room for the weights of a block, where steps are weighed in lanes.
+    /// Memory for the weights of a block, if steps are weighted in lanes.
     fn lanes_of(&self, grid: Grid) -> Option<Weighed> {
         let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.singly)?;
         Some(Weighed { rules, words: Box::new([[0.0; BLOCK]; 4]), weights: Box::new(Weights::new()) })
     }
 
-    /// The words of u and of v along the states of a way; those of axes without end by the nearest turn.
+    /// The words of u and v along the states of a path. Unlimited axes take the nearest turn.
     pub(super) fn follow(&self, grid: &Grid, way: &[u16], words_deg: &mut [Vec<f64>; 2]) {
         let mut previous = self.start;
         let [first_u, first_v, second_u, second_v] = branch_words(&self.out.joints);
@@ -369,7 +370,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let mut previous = self.start;
         let mut lanes = self.lanes_of(grid);
         let mut branch = 0;
-        // both branches' words of the pose before the block: the arrays there hold the choice already
+        // Both branches' words of the pose before the block. The arrays there already hold the choice.
         let mut before = [0.0; 4];
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
@@ -380,7 +381,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             before = self.both(end - 1);
             let mut pose = begin;
             while pose < end {
-                // Behind a held pose the weights, which are from a branch's own words, are not from where it stands.
+                // After a held pose the weights do not apply: they start from a branch's own words, not from the
+                // held ones.
                 let goes_on = pose > 0 && self.marks[pose - 1] & HELD == 0;
                 if let (Some(lanes), Some(mut words), true) = (&lanes, previous, goes_on) {
                     let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
@@ -412,8 +414,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 }
 
-/// Follows the nearest branches along lanes as far as nothing ties and nothing is out of travel. Returns how many
-/// lanes were taken; `branch` and `words` are those of the last one.
+/// Follows the nearest branches along lanes until something ties or is out of travel. Returns the number of lanes
+/// taken; `branch` and `words` are those of the last one.
 fn nearest_run(
     lanes: &Weighed,
     run: std::ops::Range<usize>,

@@ -1,4 +1,4 @@
-//! Everything that can be wrong with a profile, as facts with numbers.
+//! The faults of a machine profile, as facts with numbers.
 
 use thiserror::Error;
 
@@ -37,17 +37,17 @@ pub enum Motion {
     Linear(usize),
 }
 
-/// One reason why a profile describes no five-axis machine.
+/// One reason why a profile does not describe a five-axis machine.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum MachineFault {
     /// Not exactly two rotary axes.
-    #[error("a five-axis machine has two rotary axes, this profile has {count}")]
+    #[error("a five-axis machine has two rotary axes, this profile has {count}; list exactly two")]
     AxisCount {
         /// Number of rotary axes given.
         count: usize,
     },
     /// Two axes of the same letter.
-    #[error("rotary axis {index} repeats the letter {letter}")]
+    #[error("rotary axis {index} repeats the letter {letter}; give each axis its own letter")]
     RepeatedLetter {
         /// Index of the second one.
         index: usize,
@@ -57,27 +57,27 @@ pub enum MachineFault {
     /// NaN, infinite or absurdly large.
     #[error("{value:e} is not a finite number of magnitude at most {max_abs}")]
     Absurd {
-        /// Which field.
+        /// The field.
         field: ProfileField,
         /// The value given.
         value: f64,
         /// Largest magnitude accepted, in the field's own unit.
         max_abs: f64,
     },
-    /// A direction without a length.
+    /// A direction without length.
     #[error("direction of rotary axis {index} has length {length}; it must be above {min_length}")]
     ZeroDirection {
         /// Index of the axis.
         index: usize,
         /// Length given.
         length: f64,
-        /// Smallest accepted.
+        /// Smallest length accepted.
         min_length: f64,
     },
-    /// Lower end not below the upper one.
-    #[error("travel from {min} to {max} is upside down or empty")]
+    /// The lower end is not below the upper end.
+    #[error("travel from {min} to {max} is empty: its lower end must be below its upper end")]
     TravelUpsideDown {
-        /// Whose travel.
+        /// The axis of the travel.
         motion: Motion,
         /// Lower end.
         min: f64,
@@ -89,29 +89,29 @@ pub enum MachineFault {
     ParallelRotaries {
         /// Angle between the lines, 0–90 \[deg\].
         angle_deg: f64,
-        /// Smallest accepted \[deg\].
+        /// Smallest angle accepted \[deg\].
         min_deg: f64,
     },
-    /// The tool axis lies along the rotary axis next to the tool, which then only spins it.
+    /// The tool axis lies along the rotary axis next to the tool. That axis only spins the tool.
     #[error(
-        "the tool axis lies along rotary axis {index} within {angle_deg}°, which cannot tilt it; at least {min_deg}° is needed"
+        "rotary axis {index} cannot tilt the tool: the tool axis is within {angle_deg}° of it; at least {min_deg}° is needed"
     )]
     ToolAlongLastRotary {
         /// Index of the axis in the profile.
         index: usize,
         /// Angle between tool axis and rotary axis, 0–90 \[deg\].
         angle_deg: f64,
-        /// Smallest accepted \[deg\].
+        /// Smallest angle accepted \[deg\].
         min_deg: f64,
     },
     /// The interpolation period is not in its range.
     #[error("interpolation period {period_s} s is not between {min_s} s and {max_s} s")]
     InterpolationPeriod {
-        /// Given \[s\].
+        /// The period given \[s\].
         period_s: f64,
-        /// Smallest accepted \[s\].
+        /// Smallest period accepted \[s\].
         min_s: f64,
-        /// Largest accepted \[s\].
+        /// Largest period accepted \[s\].
         max_s: f64,
     },
 }

@@ -2,8 +2,8 @@
 
 use crate::geometry::{Mat3, RigidMotion, Vec3, rotation_from_vector};
 
-/// A small rigid displacement of a rotary axis' own frame, in M: the rotation vector is taken about the axis'
-/// reference point, everything outboard moves along (cascaded; shared notation §1 "Location errors").
+/// A small rigid displacement of a rotary axis' own frame, in M. The rotation vector is taken about the axis'
+/// reference point, and everything outboard moves along (cascaded; shared notation §1 "Location errors").
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocationError {
     /// `(e_x, e_y, e_z)` \[mm\].
@@ -26,7 +26,7 @@ impl LocationError {
     }
 }
 
-/// Squareness of the linear axes (ISO 230-1 letters), X being the reference.
+/// Squareness of the linear axes (ISO 230-1 letters). X is the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Squareness {
     /// `E_C0Y`: Y turned about Z \[rad\].
@@ -39,7 +39,7 @@ pub struct Squareness {
 
 impl Squareness {
     /// The matrix S whose columns are the real directions of X, Y and Z: `[X, Rz(E_C0Y)·Y, R(E_A0Z, E_B0Z)·Z]`.
-    /// Without errors it is the identity exactly.
+    /// Without errors it is exactly the identity.
     #[must_use]
     pub fn matrix(&self) -> Mat3 {
         let y = rotation_from_vector(Vec3::z() * self.e_c0y_rad) * Vec3::y();

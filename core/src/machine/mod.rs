@@ -1,5 +1,5 @@
-//! What a machine tool is: two rotary axes as screws, travel, errors, tool. Data only; no code here or elsewhere
-//! asks which class of machine it has.
+//! The description of a machine tool: two rotary axes as screws, travel, errors, tool. Data only: no code asks
+//! for the class of a machine.
 
 mod fault;
 mod location_error;

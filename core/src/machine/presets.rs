@@ -10,7 +10,7 @@ pub struct Preset {
     pub id: &'static str,
     /// Name for a list.
     pub title: &'static str,
-    /// Which axis carries what, in order.
+    /// Description of what each axis carries, in order.
     pub description: &'static str,
     axes: [PresetAxis; 2],
 }
@@ -19,20 +19,20 @@ pub struct Preset {
 struct PresetAxis {
     letter: RotaryLetter,
     side: Side,
-    /// Normalised with the profile.
+    /// Normalised together with the profile.
     direction: [f64; 3],
     point_mm: [f64; 3],
     travel_deg: Option<[f64; 2]>,
 }
 
-/// The id of the machine that an empty store gets.
+/// The id of the machine in a new store.
 pub const EXAMPLE_ID: &str = "example-ac-table";
 
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 const ORIGIN: [f64; 3] = [0.0; 3];
-/// Pivot above the gauge point, a usual length of fork and nutating heads.
+/// Pivot above the gauge point, at a usual distance for fork and nutating heads.
 const PIVOT: [f64; 3] = [0.0, 0.0, 150.0];
 
 const fn table(letter: RotaryLetter, direction: [f64; 3], travel_deg: Option<[f64; 2]>) -> PresetAxis {
@@ -50,7 +50,7 @@ const NUTATION: Option<[f64; 2]> = Some([-180.0, 180.0]);
 
 use RotaryLetter::{A, B, C};
 
-/// Every layout; table axes from the bed outward, head axes from the ram outward.
+/// All layouts. Table axes are listed from the bed outward, head axes from the ram outward.
 pub const PRESETS: [Preset; 13] = [
     Preset {
         id: EXAMPLE_ID,

@@ -3,10 +3,10 @@
 use super::{AxisField, LocationError, MachineFault, Motion, ProfileField, RotaryAxis, Squareness, Travel};
 use crate::geometry::{RigidMotion, Screw, Vec3, angle_between};
 
-/// The unchecked parts of a profile, in any number and of any value.
+/// The unchecked parts of a profile, with any number of axes and any values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MachineParts {
-    /// What the shop calls the machine.
+    /// The shop's name for the machine.
     pub name: String,
     /// Table axes from the bed outward, head axes from the ram outward.
     pub rotary_axes: Vec<RotaryAxis>,
@@ -18,7 +18,8 @@ pub struct MachineParts {
     pub interpolation_period_s: f64,
 }
 
-/// A machine that makes sense: two rotary axes that can point the tool, finite numbers, travel the right way up.
+/// A valid machine: two rotary axes that can point the tool, finite numbers, travels with the lower end below
+/// the upper one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     name: String,
@@ -33,17 +34,17 @@ impl Machine {
     pub const TOOL_AXIS: Vec3 = Vec3::new(0.0, 0.0, 1.0);
     /// Smallest angle between two lines that still counts as not parallel \[deg\].
     pub const MIN_AXIS_ANGLE_DEG: f64 = 0.1;
-    /// Largest coordinate or travel taken for real \[mm\].
+    /// Largest coordinate or travel accepted \[mm\].
     pub const MAX_LENGTH_MM: f64 = 1e5;
-    /// Largest rotary travel end taken for real \[deg\]: a thousand turns.
+    /// Largest rotary travel end accepted \[deg\]: a thousand turns.
     pub const MAX_TRAVEL_DEG: f64 = 360_000.0;
-    /// Largest translational location error taken for real \[mm\].
+    /// Largest translational location error accepted \[mm\].
     pub const MAX_ERROR_MM: f64 = 10.0;
-    /// Largest angular location error or squareness taken for real \[rad\].
+    /// Largest angular location error or squareness accepted \[rad\].
     pub const MAX_ERROR_RAD: f64 = 0.05;
     /// Shortest and longest interpolation period \[s\].
     pub const PERIOD_RANGE_S: [f64; 2] = [1e-5, 1.0];
-    /// A direction shorter than this is taken for a zero vector.
+    /// A direction shorter than this counts as a zero vector.
     const MIN_DIRECTION_LENGTH: f64 = 1e-9;
 
     /// Checks `parts` and normalises the directions.
@@ -94,7 +95,7 @@ impl Machine {
         if faults.is_empty() { Ok(machine) } else { Err(faults) }
     }
 
-    /// What the shop calls the machine.
+    /// The shop's name for the machine.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -138,9 +139,9 @@ impl Machine {
         order
     }
 
-    /// The axes' lines in M as they really are, in the profile's order: nominal ones displaced by
-    /// `Ad(G_1 ⋯ G_r)`, the product taken along each side's own chain outward. With `apply_errors` false the
-    /// nominal lines. Head lines are still relative to the gauge point.
+    /// The real lines of the axes in M, in the profile's order: nominal lines displaced by `Ad(G_1 ⋯ G_r)`, the
+    /// product taken along each side's own chain outward. With `apply_errors` false, the nominal lines. Head
+    /// lines are still relative to the gauge point.
     #[must_use]
     pub fn screws(&self, apply_errors: bool) -> [Screw; 2] {
         if apply_errors {
@@ -179,7 +180,7 @@ impl Machine {
     }
 }
 
-/// Angle between two lines, their senses dropped, 0–90 \[deg\].
+/// Angle between two lines regardless of direction, 0–90 \[deg\].
 fn line_angle_deg(a: Vec3, b: Vec3) -> f64 {
     let angle = angle_between(a, b).to_degrees();
     angle.min(180.0 - angle)

@@ -1,4 +1,4 @@
-//! One rotary axis: its line, its side, its travel, its sense.
+//! One rotary axis: its line, its side, its travel, its counting direction.
 
 use super::LocationError;
 use crate::geometry::{Screw, Vec3};
@@ -15,7 +15,7 @@ pub enum RotaryLetter {
 }
 
 impl RotaryLetter {
-    /// The letter as it stands in a program.
+    /// The letter as in a program.
     #[must_use]
     pub const fn as_char(self) -> char {
         match self {
@@ -35,7 +35,7 @@ pub enum Side {
     Head,
 }
 
-/// The range an axis word may take, ends included. Degrees or millimetres, as the name of the field says.
+/// The range of an axis word, both ends included, in degrees or millimetres as the field name says.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Travel {
     /// Smallest word.
@@ -56,7 +56,7 @@ impl Travel {
     }
 }
 
-/// A rotary axis as the profile describes it, nominal line and measured errors apart.
+/// A rotary axis of the profile. Its nominal line and its measured errors are separate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotaryAxis {
     /// Address letter.
@@ -68,9 +68,9 @@ pub struct RotaryAxis {
     /// Reference point on the nominal line: in M \[mm\] for a table axis, relative to the zero-pose gauge point
     /// for a head axis.
     pub point_mm: Vec3,
-    /// Range of the NC word \[deg\]; `None` turns without end.
+    /// Range of the NC word \[deg\]; `None` turns without limit.
     pub travel_deg: Option<Travel>,
-    /// Whether the control counts opposite to ISO 841.
+    /// Whether the control counts in the direction opposite to ISO 841.
     pub reversed: bool,
     /// Measured displacement of the axis' own frame.
     pub location_error: LocationError,

@@ -1,4 +1,4 @@
-//! The cutter as (R, r): ball, bull-nose and flat in one.
+//! The cutter as (R, r): ball, bull-nose and flat in one description.
 
 use thiserror::Error;
 
@@ -11,10 +11,10 @@ pub struct Tool {
     corner_radius: Length,
 }
 
-/// Why a tool makes no sense.
+/// Why a tool is not valid.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ToolFault {
-    /// The cutter radius is not a positive, sensible number.
+    /// The cutter radius is not positive or not plausible.
     #[error("cutter radius {radius_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
     Radius {
         /// The radius asked for \[mm\].
@@ -35,18 +35,18 @@ pub enum ToolFault {
 }
 
 impl Tool {
-    /// The smallest cutter radius taken for real \[mm\].
+    /// The smallest cutter radius accepted \[mm\].
     pub const MIN_RADIUS_MM: f64 = 0.001;
-    /// The largest cutter radius taken for real \[mm\].
+    /// The largest cutter radius accepted \[mm\].
     pub const MAX_RADIUS_MM: f64 = 1000.0;
 
-    /// A ball of radius 1 mm, where no number depends on the cutter.
+    /// A ball of radius 1 mm, for places where no number depends on the cutter.
     pub const UNIT_BALL: Self = Self { radius: Length::from_mm(1.0), corner_radius: Length::from_mm(1.0) };
 
     /// A tool of cutter radius R and corner radius r.
     ///
     /// # Errors
-    /// R not in [0.001, 1000] mm, or r not in [0, R], each named.
+    /// R is not in [0.001, 1000] mm, or r is not in [0, R].
     pub fn new(radius: Length, corner_radius: Length) -> Result<Self, ToolFault> {
         let (radius_mm, corner_radius_mm) = (radius.mm(), corner_radius.mm());
         let (min_mm, max_mm) = (Self::MIN_RADIUS_MM, Self::MAX_RADIUS_MM);

@@ -1,4 +1,4 @@
-//! How a location error went over the runs, with uncertainty bars.
+//! A location error over the runs, with uncertainty bars.
 
 use plotters::prelude::*;
 
@@ -10,7 +10,7 @@ use super::style::{MUTED, SIZE, colour, frame, legend, mesh, range, swatch};
 pub struct TrendMark {
     /// Days since the first run.
     pub days: f64,
-    /// The error.
+    /// The value of the error.
     pub value: f64,
     /// Its standard uncertainty, if there is one.
     pub standard_uncertainty: Option<f64>,
@@ -18,12 +18,12 @@ pub struct TrendMark {
     pub identifiable: bool,
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct TrendFigure<'a> {
     /// One line.
     pub title: &'a str,
-    /// What runs along the x axis, with the day of the first run.
+    /// Name of the x axis, with the day of the first run.
     pub time_name: &'a str,
     /// Name and unit of the error.
     pub error_name: &'a str,
@@ -31,14 +31,14 @@ pub struct TrendFigure<'a> {
     pub runs: &'a [TrendMark],
 }
 
-/// Bars reach two standard uncertainties either way: about 95 %.
+/// Bars reach two standard uncertainties in each direction: about 95 %.
 const COVERAGE: f64 = 2.0;
 
-/// Draws each run as a dot with its bar of two standard uncertainties and joins them; runs that do not determine the
-/// error are hollow. Same numbers, same bytes.
+/// Draws each run as a dot with its bar of two standard uncertainties, and joins the dots. Runs that do not
+/// determine the error are hollow. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn calibration_trend(figure: &TrendFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
@@ -64,7 +64,7 @@ fn draw(figure: &TrendFigure<'_>, svg: &mut String) -> Option<()> {
     chart
         .draw_series(bars)
         .ok()?
-        .label("two standard uncertainties either way")
+        .label("plus and minus two standard uncertainties")
         .legend(swatch(colour(0).stroke_width(2)));
     let dots = figure.runs.iter().map(|run| {
         let style = if run.identifiable { colour(0).filled() } else { colour(1).stroke_width(2) };
@@ -75,7 +75,7 @@ fn draw(figure: &TrendFigure<'_>, svg: &mut String) -> Option<()> {
         chart
             .draw_series(std::iter::empty::<Circle<(f64, f64), i32>>())
             .ok()?
-            .label("hollow: carries what the run could not tell it from")
+            .label("hollow: includes errors that the run could not separate from it")
             .legend(swatch(colour(1).stroke_width(2)));
     }
     legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;

@@ -1,4 +1,4 @@
-//! Contour error along a run: over time, the worst point with its time and line.
+//! Contour error along a run, over time. The worst point is marked with its time and line.
 
 use plotters::prelude::*;
 
@@ -13,7 +13,7 @@ use super::style::{
 pub struct ContourPoint {
     /// Time from the start \[s\].
     pub time_s: f64,
-    /// Line of the program, 0 without one.
+    /// Line of the program; 0 if there is none.
     pub line: u64,
     /// Contour error \[µm\].
     pub contour_um: f64,
@@ -21,14 +21,14 @@ pub struct ContourPoint {
     pub axis_urad: Option<f64>,
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct ContourFigure<'a> {
     /// One line.
     pub title: &'a str,
     /// The run.
     pub points: &'a [ContourPoint],
-    /// When the judged part begins \[s\].
+    /// Start of the judged part \[s\].
     pub judged_from_s: f64,
 }
 
@@ -36,7 +36,7 @@ pub struct ContourFigure<'a> {
 /// judged point. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn contour_error_along(figure: &ContourFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;

@@ -18,21 +18,21 @@ pub struct DeviationPoint {
     pub after_um: f64,
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviationFigure<'a> {
     /// Program and machine, one line.
     pub title: &'a str,
     /// The curves.
     pub points: &'a [DeviationPoint],
-    /// The tolerance \[µm\], where there is one.
+    /// The tolerance \[µm\], if there is one.
     pub tolerance_um: Option<f64>,
-    /// What the deviation is, with its unit: the text of its axis.
+    /// Name and unit of the deviation: the text of its axis.
     pub quantity: &'a str,
 }
 
 impl DeviationPoint {
-    /// The points of a series that is kept by columns.
+    /// The points of a series that is stored by columns.
     #[must_use]
     pub fn zipped(path_mm: &[f64], line: &[u64], before_um: &[f64], after_um: &[f64]) -> Vec<Self> {
         path_mm
@@ -49,23 +49,23 @@ impl DeviationPoint {
     }
 }
 
-/// Largest drawn over smallest non-zero deviation above which the axis is logarithmic.
+/// Ratio of the largest drawn to the smallest non-zero deviation above which the axis is logarithmic.
 const LOG_ABOVE: f64 = 50.0;
 /// The logarithmic axis starts at this share of the tolerance.
 const LOG_FLOOR: f64 = 1e-3;
 
-/// Stands for a tolerance in the scale of a figure without one \[µm\].
+/// Replaces the tolerance in the scale of a figure without one \[µm\].
 const NO_TOLERANCE_UM: f64 = 1.0;
 
 const BEFORE: RGBColor = RGBColor(196, 84, 26);
 const AFTER: RGBColor = RGBColor(21, 101, 142);
 
-/// Draws both curves over the contact path, the tolerance as a dashed line, and marks the worst block before
-/// compensation with its line number. The deviation axis is logarithmic where the largest value is more than 50
+/// Draws both curves over the contact path and the tolerance as a dashed line. Marks the worst block before
+/// compensation with its line number. The deviation axis is logarithmic if the largest value is more than 50
 /// times the tolerance. Same points, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
@@ -130,7 +130,7 @@ where
         let mark = Mark { dot: BEFORE, text: BEFORE, is_left: worst.path_mm > 0.75 * path_end };
         mark_worst(&mut chart, top, label, mark)?;
     }
-    // The legend keeps out of the worst block's half.
+    // The legend stays out of the worst block's half.
     let right = worst.is_some_and(|worst| worst.path_mm > 0.5 * path_end);
     legend(&mut chart, corner_opposite(right), 0.85)
 }

@@ -11,11 +11,11 @@ use super::style::{MUTED, SIZE, colour, frame, legend, mesh, range};
 pub struct EccentricityBars<'a> {
     /// Test and component: `C radial x`.
     pub label: &'a str,
-    /// Before, after the linear errors alone, after all \[µm\].
+    /// Before, after the linear errors only, after all \[µm\].
     pub values_um: [f64; 3],
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct EccentricityFigure<'a> {
     /// One line.
@@ -25,13 +25,13 @@ pub struct EccentricityFigure<'a> {
 }
 
 const NAMES: [&str; 3] = ["before", "linear errors compensated", "all compensated"];
-/// Width of a bar and of the three of an eccentricity, where these are 1 apart.
+/// Width of a bar. Eccentricities are 1 apart.
 const BAR: f64 = 0.26;
 
 /// Draws three bars for each eccentricity. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn eccentricity_bars(figure: &EccentricityFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
@@ -47,7 +47,7 @@ fn draw(figure: &EccentricityFigure<'_>, svg: &mut String) -> Option<()> {
     frame(&mut builder, figure.title);
     builder.x_label_area_size(0);
     let count = figure.bars.len().max(1) as f64;
-    // Room for the labels below and the legend above.
+    // Space for the labels below and the legend above.
     let span = heights.end - heights.start;
     let (floor, top) = (heights.start - 0.12 * span, heights.end + 0.22 * span);
     let mut chart = builder.build_cartesian_2d(-0.6..count - 0.4, floor..top).ok()?;

@@ -10,13 +10,13 @@ use super::style::{MUTED, SIZE, colour, frame, legend, mesh, plain, range, right
 pub struct FollowingErrorCurve<'a> {
     /// Axis letter.
     pub axis: char,
-    /// Linear errors are µm on the left scale, rotary ones µrad on the right.
+    /// Errors of linear axes are in µm on the left scale, those of rotary axes in µrad on the right.
     pub is_linear: bool,
     /// Errors \[µm or µrad\], one for each time.
     pub errors: &'a [f64],
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct FollowingErrorFigure<'a> {
     /// One line.
@@ -25,15 +25,15 @@ pub struct FollowingErrorFigure<'a> {
     pub time_s: &'a [f64],
     /// One for each axis.
     pub curves: &'a [FollowingErrorCurve<'a>],
-    /// When the judged part begins \[s\].
+    /// Start of the judged part \[s\].
     pub judged_from_s: f64,
 }
 
-/// Draws the curves, linear axes on the left scale and rotary ones on the right, and a line where the judged part
-/// begins. Same numbers, same bytes.
+/// Draws the curves, with linear axes on the left scale and rotary axes on the right, and a line at the start of
+/// the judged part. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn following_error_over_time(figure: &FollowingErrorFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;

@@ -25,7 +25,7 @@ pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
 pub use wear_trend::{WearBand, WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
 
-/// A figure could not be drawn: a defect of this software, never of the figure's numbers.
+/// A figure could not be drawn. This is a defect of this software, never of the figure's numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error("the figure could not be drawn")]
 pub struct PlotFault;

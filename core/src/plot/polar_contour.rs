@@ -10,13 +10,13 @@ use crate::geometry::trig;
 /// The radius error of one run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolarCurve<'a> {
-    /// What it is.
+    /// Its name.
     pub label: &'a str,
     /// φ of the command \[rad\] and ΔR \[µm\], positive outside.
     pub points: &'a [(f64, f64)],
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct PolarFigure<'a> {
     /// One line.
@@ -39,7 +39,7 @@ const LARGEST_SHARE: f64 = 0.25;
 /// oval's major axis. The magnification is 1, 2 or 5 times a power of ten. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn polar_contour(figure: &PolarFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
@@ -55,7 +55,7 @@ fn draw(figure: &PolarFigure<'_>, svg: &mut String) -> Option<()> {
     let magnification =
         if largest_um > 0.0 { round_down(LARGEST_SHARE * radius_um / largest_um) } else { 1.0 };
     let area = root.titled(figure.title, ("sans-serif", 18)).ok()?;
-    // A circle is to look like one, whatever room the title takes.
+    // A circle must look like a circle, whatever space the title takes.
     let (width, height) = area.dim_in_pixel();
     let wide = EDGE * f64::from(width.max(1)) / f64::from(height.max(1));
     let mut chart = ChartBuilder::on(&area).build_cartesian_2d(-wide..wide, -EDGE..EDGE).ok()?;
@@ -125,7 +125,7 @@ mod tests {
             oval: Some((100.0, 135_f64.to_radians())),
         };
         let svg = polar_contour(&figure).expect("a figure");
-        // 15 mm for the largest error of 0.1 mm: 100 times
+        // 15 mm for the largest error of 0.1 mm: 100 times.
         for part in [
             "magnified 100 times",
             "100 µm",

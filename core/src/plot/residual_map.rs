@@ -13,32 +13,32 @@ use crate::geometry::Vec3;
 /// One sample of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResidualSample {
-    /// Place in W \[mm\].
+    /// Position in W \[mm\].
     pub point_mm: Vec3,
     /// Unit normal out of the part.
     pub normal: Vec3,
-    /// What stands above the surface, − below; `None` where no tool came \[µm\].
+    /// + above the surface, − below; `None` if no tool reached the sample \[µm\].
     pub residual_um: Option<f64>,
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct ResidualFigure<'a> {
     /// One line.
     pub title: &'a str,
     /// The samples.
     pub samples: &'a [ResidualSample],
-    /// What may be left \[µm\].
+    /// The limit of the residual \[µm\].
     pub limit_um: f64,
 }
 
-/// Cells of a view along its longer side, at most.
+/// Most cells of a view along its longer side.
 const MAX_CELLS: f64 = 150.0;
 /// A view that shows less than this share of the samples is left out.
 const WORTH_A_VIEW: f64 = 0.02;
-/// Colours from nothing to the end of the scale; few, so that neighbouring cells join.
+/// Number of colours from zero to the end of the scale; few, so that neighbouring cells join.
 const LEVELS: f64 = 12.0;
-/// The scale ends at the worst residual, but not beyond so many limits.
+/// The scale ends at the worst residual, but not beyond this number of limits.
 const LIMITS_SHOWN: f64 = 10.0;
 const EXCESS: RGBColor = RGBColor(0, 90, 160);
 const GOUGE: RGBColor = RGBColor(200, 60, 0);
@@ -49,18 +49,18 @@ const AXES: [&str; 3] = ["X", "Y", "Z"];
 const SCALE_WIDTH: i32 = 110;
 const TITLE_HEIGHT: i32 = 44;
 
-/// Draws the samples as seen along the axis that most of the surface faces, from either end: in each cell the worst
+/// Draws the samples as seen from both ends of the axis that most of the surface faces. Each cell shows its worst
 /// residual. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn residual_map(figure: &ResidualFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
     Ok(svg)
 }
 
-/// What a cell shows.
+/// The content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Cell {
     Empty,
@@ -69,7 +69,7 @@ enum Cell {
 }
 
 impl Cell {
-    /// The worse of two: uncut before all numbers, then the larger magnitude.
+    /// The worse of two: uncut is worse than any number, then the larger magnitude.
     fn worse(self, other: Self) -> Self {
         let rank = |cell: Self| match cell {
             Self::Empty => -1.0,
@@ -88,7 +88,7 @@ impl Cell {
     }
 }
 
-/// The colour of a residual where the scale ends at `scale_um`.
+/// The colour of a residual on a scale that ends at `scale_um`.
 fn tint(residual_um: f64, scale_um: f64) -> RGBColor {
     let share = ((residual_um.abs() / scale_um).min(1.0) * LEVELS).round() / LEVELS;
     let end = if residual_um < 0.0 { GOUGE } else { EXCESS };
@@ -101,10 +101,10 @@ fn tint(residual_um: f64, scale_um: f64) -> RGBColor {
     RGBColor(mix(NOTHING.0, end.0), mix(NOTHING.1, end.1), mix(NOTHING.2, end.2))
 }
 
-/// The surface from one end of an axis.
+/// The surface as seen from one end of an axis.
 struct View {
     name: String,
-    /// Axes across and up, by number.
+    /// Indices of the axes across and up.
     across: usize,
     up: usize,
     x_mm: Range<f64>,
@@ -124,7 +124,7 @@ impl View {
         }
         let [x_mm, y_mm] = [across, up].map(|k| range(seen().map(|sample| sample.point_mm[k])));
         let [width_mm, height_mm] = [&x_mm, &y_mm].map(|range| range.end - range.start);
-        // A cell holds four samples or so where these are few.
+        // If samples are few, a cell holds about four of them.
         let spacing_mm = (width_mm * height_mm / seen().count() as f64).sqrt();
         let cell_mm = (width_mm.max(height_mm) / MAX_CELLS).max(2.0 * spacing_mm);
         let [columns, rows] = [width_mm, height_mm].map(|length_mm| index(length_mm / cell_mm) + 1);
@@ -142,7 +142,7 @@ impl View {
     }
 
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, scale_um: f64) -> Option<()> {
-        // One millimetre is as long across as up.
+        // One millimetre is equally long across and up.
         const MARGINS: (f64, f64) = (100.0, 96.0);
         let (width, height) = area.dim_in_pixel();
         let room = [f64::from(width) - MARGINS.0, f64::from(height) - MARGINS.1].map(|room| room.max(10.0));
@@ -210,7 +210,7 @@ fn draw(figure: &ResidualFigure<'_>, svg: &mut String) -> Option<()> {
     root.present().ok()
 }
 
-/// The colours and what they stand for.
+/// The colours with their values.
 fn draw_scale<DB: DrawingBackend>(area: &DrawingArea<DB, Shift>, scale_um: f64, uncut: bool) -> Option<()> {
     const TOP: i32 = 60;
     const STEP: i32 = 13;

@@ -5,34 +5,34 @@ use plotters::prelude::*;
 use super::PlotFault;
 use super::style::{GRID, MUTED, SIZE, colour, plain, range};
 
-/// One curve with the points asked for.
+/// One curve with its marked points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScallopCurve {
-    /// What does not change along it.
+    /// Name of the curve: the values that are constant along it.
     pub label: String,
-    /// Place \[mm\] and height \[µm\], in order.
+    /// Position \[mm\] and height \[µm\], in order.
     pub line: Vec<(f64, f64)>,
-    /// Points marked: place \[mm\] and height \[µm\].
+    /// Marked points: position \[mm\] and height \[µm\].
     pub dots: Vec<(f64, f64)>,
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct ScallopFigure<'a> {
     /// One line.
     pub title: &'a str,
-    /// What the curves run over, with its unit.
+    /// Quantity along the x axis, with its unit.
     pub place: &'a str,
     /// The curves.
     pub curves: &'a [ScallopCurve],
-    /// Height allowed \[µm\], drawn as a dashed line.
+    /// Allowed height \[µm\], drawn as a dashed line.
     pub allowed_um: Option<f64>,
 }
 
-/// Draws the curves, their points, and the height allowed. Same numbers, same bytes.
+/// Draws the curves, their points, and the allowed height. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn scallop_heights(figure: &ScallopFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
@@ -47,7 +47,7 @@ fn draw(figure: &ScallopFigure<'_>, svg: &mut String) -> Option<()> {
         all.copied().filter(|(place, height)| place.is_finite() && height.is_finite())
     };
     let most = points().map(|(_, height)| height).fold(0.0, f64::max);
-    // An allowed height far above the curves would press them flat.
+    // An allowed height far above the curves would make them look flat.
     let allowed = figure.allowed_um.filter(|allowed| allowed.is_finite() && *allowed <= 3.0 * most);
     let places = range(points().map(|(place, _)| place));
     let heights = range(points().map(|(_, height)| height).chain(allowed));
@@ -90,7 +90,7 @@ fn draw(figure: &ScallopFigure<'_>, svg: &mut String) -> Option<()> {
             .label(format!("allowed {} µm", plain(allowed)))
             .legend(|(x, y)| PathElement::new([(x, y), (x + 22, y)], MUTED.stroke_width(2)));
     }
-    // Heights grow to the right over a step-over and fall over a radius: the legend keeps out of their way.
+    // Heights rise to the right over a step-over, and fall over a radius. The legend stays out of their way.
     let rises = figure.curves.first().is_none_or(|curve| {
         curve.line.first().zip(curve.line.last()).is_none_or(|(first, last)| first.1 <= last.1)
     });

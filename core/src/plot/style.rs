@@ -1,4 +1,4 @@
-//! What the figures have in common.
+//! Common parts of the figures.
 
 use plotters::chart::DualCoordChartContext;
 use plotters::coord::CoordTranslate;
@@ -10,7 +10,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 pub(super) const SIZE: (u32, u32) = (1000, 520);
 pub(super) const GRID: RGBColor = RGBColor(225, 225, 225);
 pub(super) const MUTED: RGBColor = RGBColor(90, 90, 90);
-/// Told apart by every kind of eye (Okabe and Ito), the lightest left out.
+/// Colours that can be distinguished with any colour vision (Okabe and Ito), without the lightest.
 pub(super) const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -25,12 +25,12 @@ pub(super) fn colour(index: usize) -> RGBColor {
     COLOURS[index % COLOURS.len()]
 }
 
-/// Title, margins, room for the names of the axes.
+/// Title, margins, and space for the names of the axes.
 pub(super) fn frame<DB: DrawingBackend>(builder: &mut ChartBuilder<'_, '_, DB>, title: &str) {
     builder.caption(title, ("sans-serif", 18)).margin(16).x_label_area_size(48).y_label_area_size(74);
 }
 
-/// Grid and numbers, and what the axes are.
+/// Grid and numbers, and the names of the axes.
 pub(super) fn mesh<DB, X, Y>(
     chart: &mut ChartContext<'_, DB, Cartesian2d<X, Y>>,
     x_name: &str,
@@ -55,7 +55,7 @@ where
         .ok()
 }
 
-/// The scale on the right, its numbers in letters of this size.
+/// The scale on the right, with its numbers in this letter size.
 pub(super) fn right_axis<DB, CT, X, Y>(
     chart: &mut DualCoordChartContext<'_, DB, CT, Cartesian2d<X, Y>>,
     name: &str,
@@ -77,13 +77,13 @@ where
         .ok()
 }
 
-/// What stands beside a curve's name in the legend.
+/// The sample beside a curve's name in the legend.
 pub(super) fn swatch(style: impl Into<ShapeStyle>) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
     let style = style.into();
     move |(x, y)| PathElement::new([(x, y), (x + 22, y)], style)
 }
 
-/// The names of the curves; what lies behind shines through by 1 − `cover`.
+/// The names of the curves. The background shows through by 1 − `cover`.
 pub(super) fn legend<'a, DB, CT>(
     chart: &mut ChartContext<'a, DB, CT>,
     position: SeriesLabelPosition,
@@ -103,19 +103,19 @@ where
         .ok()
 }
 
-/// The upper corner that is not in the half of the figure where something is marked.
+/// The upper corner outside the half of the figure with a mark.
 pub(super) const fn corner_opposite(is_right: bool) -> SeriesLabelPosition {
     if is_right { SeriesLabelPosition::UpperLeft } else { SeriesLabelPosition::UpperRight }
 }
 
-/// How the worst point is marked.
+/// The style of the mark on the worst point.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mark {
     /// Colour of the dot.
     pub(super) dot: RGBColor,
     /// Colour of its label.
     pub(super) text: RGBColor,
-    /// Whether the label stands left of the dot: near the right edge it would run out of the figure.
+    /// Whether the label is left of the dot: near the right edge it would leave the figure.
     pub(super) is_left: bool,
 }
 
@@ -143,7 +143,7 @@ where
     Some(())
 }
 
-/// A number with the digits a reader needs and no exponent.
+/// A number with the digits that a reader needs, without an exponent.
 pub(super) fn plain(value: f64) -> String {
     let digits = match value.abs() {
         size if size == 0.0 || size >= 100.0 => 0,
@@ -171,8 +171,8 @@ pub(super) fn round_down(value: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|step| step * decade).find(|step| *step <= value).unwrap_or(decade)
 }
 
-/// Smallest and largest of the finite values, widened by a twentieth so that no curve lies on the frame; ±1 where
-/// there is nothing to see.
+/// Smallest and largest of the finite values, widened by a twentieth so that no curve touches the frame. ±1 if
+/// there is no value.
 pub(super) fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     for value in values.filter(|value| value.is_finite()) {

@@ -1,4 +1,4 @@
-//! A sweep of gains and feeds: as a family of curves, and as a map.
+//! A sweep of gains and feeds, as a family of curves and as a map.
 
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -6,22 +6,22 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::PlotFault;
 use super::style::{COLOURS, SIZE, colour, frame, legend, mesh, plain, range, right_axis, swatch};
 
-/// What the figures show.
+/// The content of the figures.
 #[derive(Debug, Clone, Copy)]
 pub struct SweepFigure<'a> {
     /// One line.
     pub title: &'a str,
-    /// What each row is.
+    /// Name of each row.
     pub gains: &'a [String],
-    /// What the feeds count.
+    /// Unit of the feeds.
     pub feed_unit: &'a str,
     /// Feed of each column \[in that unit\].
     pub feeds: &'a [f64],
-    /// Largest contour error \[µm\], row by row; none where there is no result.
+    /// Largest contour error \[µm\], row by row; `None` without a result.
     pub max_abs_um: &'a [Vec<Option<f64>>],
 }
 
-/// Ends and middle of a ramp from little to much, even in lightness (after Viridis).
+/// Ends and middle of a colour ramp from low to high, even in lightness (after Viridis).
 const RAMP: [[f64; 3]; 5] =
     [[253.0, 231.0, 37.0], [94.0, 201.0, 98.0], [33.0, 145.0, 140.0], [59.0, 82.0, 139.0], [68.0, 1.0, 84.0]];
 const NOTHING: RGBColor = RGBColor(235, 235, 235);
@@ -46,11 +46,11 @@ fn cells<'a>(figure: &SweepFigure<'a>) -> impl Iterator<Item = f64> + use<'a> {
     figure.max_abs_um.iter().flatten().flatten().copied().filter(|value| value.is_finite())
 }
 
-/// Draws the largest contour error over the feed, one curve for each row; of many rows as many as there are colours,
-/// evenly chosen, first and last among them. Same numbers, same bytes.
+/// Draws the largest contour error over the feed, one curve for each row. If there are more rows than colours, it
+/// draws as many rows as there are colours, evenly chosen, with the first and the last. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn sweep_curves(figure: &SweepFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw_curves(figure, &mut svg).ok_or(PlotFault)?;
@@ -77,7 +77,7 @@ fn draw_curves(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
         let row = if drawn > 1 { index * (rows - 1) / (drawn - 1) } else { 0 };
         let cells = figure.max_abs_um.get(row)?;
         let style = colour(index).stroke_width(2);
-        // A missing cell parts the curve.
+        // A missing cell interrupts the curve.
         let mut parts: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
         for (feed, cell) in figure.feeds.iter().zip(cells) {
             match (cell, parts.last_mut()) {
@@ -100,11 +100,11 @@ fn draw_curves(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     root.present().ok()
 }
 
-/// Draws the grid as coloured cells with a colour bar, marks the cell with the least error, and leaves cells without
-/// a result grey. Same numbers, same bytes.
+/// Draws the grid as coloured cells with a colour bar, and marks the cell with the least error. Cells without a
+/// result stay grey. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn sweep_map(figure: &SweepFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw_map(figure, &mut svg).ok_or(PlotFault)?;
@@ -118,7 +118,7 @@ fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
     let most = cells(figure).fold(0.0, f64::max);
     let (area, bar) = root.split_horizontally(SIZE.0 - 130);
     let name_of = |place: f64, names: &dyn Fn(usize) -> Option<String>| {
-        // Whole numbers are the middles of cells; nothing is written elsewhere.
+        // Whole numbers are the middles of cells; other positions get no label.
         if (place - place.round()).abs() > 1e-6 {
             return String::new();
         }
@@ -230,7 +230,7 @@ mod tests {
             assert!(curves.contains(part), "{part}");
         }
         let map = sweep_map(&figure).expect("a figure");
-        // 300 · 0.01 · 0.1 at the matched gain
+        // 300 · 0.01 · 0.1 at the matched gain.
         for part in ["feed [mm/min]", "largest contour error [µm]", "0.3 µm", "C × 1"] {
             assert!(map.contains(part), "{part}");
         }

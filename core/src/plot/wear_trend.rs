@@ -1,20 +1,20 @@
-//! How a cutter wore over the parts it cut, and where it goes from there.
+//! The wear of a cutter over the parts it cut, and its prediction.
 
 use plotters::prelude::*;
 
 use super::PlotFault;
 use super::style::{MUTED, SIZE, colour, frame, legend, mesh, plain, range, swatch};
 
-/// What is to come at one number of parts: wear \[µm\].
+/// The predicted wear at one number of parts \[µm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearBand {
     /// Parts cut.
     pub parts: f64,
-    /// Exceeded with 97.5 and with 2.5 per cent, whatever stage of wear comes next.
+    /// Exceeded with a probability of 97.5 and 2.5 per cent, whatever stage of wear comes next.
     pub ends_um: [f64; 2],
     /// The same if no new stage begins.
     pub same_stage_um: [f64; 2],
-    /// As likely exceeded as not if no new stage begins.
+    /// Median if no new stage begins.
     pub middle_um: f64,
 }
 
@@ -34,26 +34,26 @@ impl WearBand {
 pub struct WearEdgeCurve {
     /// Its name.
     pub label: String,
-    /// Entries.
+    /// The entries.
     pub dots: Vec<(f64, f64)>,
     /// The fitted course, in order.
     pub line: Vec<(f64, f64)>,
-    /// What is to come, in order of the parts.
+    /// The prediction, in order of the parts.
     pub ahead: Vec<WearBand>,
 }
 
 /// Parts at which the first edge reaches the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearEnd {
-    /// The early and the late end, where they are known.
+    /// The early and the late end, if known.
     pub ends: [Option<f64>; 2],
     /// The same if no new stage of wear begins.
     pub same_stage: [Option<f64>; 2],
-    /// As likely less as more, if there is telling.
+    /// The median, if known.
     pub estimate: Option<f64>,
 }
 
-/// What the figure shows.
+/// The content of the figure.
 #[derive(Debug, Clone, Copy)]
 pub struct WearTrendFigure<'a> {
     /// One line.
@@ -64,23 +64,23 @@ pub struct WearTrendFigure<'a> {
     pub edges: &'a [WearEdgeCurve],
     /// The limit \[µm\].
     pub limit_um: Option<f64>,
-    /// When it is reached.
+    /// When the limit is reached.
     pub end: Option<WearEnd>,
 }
 
-/// Draws the entries as dots, the fitted course through them, what is to come as two bands of 95 % (the inner one if no new stage
-/// of wear begins, with its middle dashed), the limit, and on it two bars from the early to the late end, the thick one if no
-/// new stage begins, with a dot at the estimate. Same numbers, same bytes.
+/// Draws the entries as dots, with the fitted course through them. The prediction is two bands of 95 %; the inner
+/// band, with a dashed median, holds if no new stage of wear begins. On the limit are two bars from the early to
+/// the late end, with a dot at the estimate; the thick bar holds if no new stage begins. Same numbers, same bytes.
 ///
 /// # Errors
-/// The drawing library gave up.
+/// The drawing library fails.
 pub fn wear_trend(figure: &WearTrendFigure<'_>) -> Result<String, PlotFault> {
     let mut svg = String::new();
     draw(figure, &mut svg).ok_or(PlotFault)?;
     Ok(svg)
 }
 
-/// A limit or a band higher than so many times what was measured would press it flat.
+/// A limit or a band higher than this multiple of the measured wear would make the measured course look flat.
 const HIGHEST: f64 = 4.0;
 
 fn draw(figure: &WearTrendFigure<'_>, svg: &mut String) -> Option<()> {
@@ -93,7 +93,7 @@ fn draw(figure: &WearTrendFigure<'_>, svg: &mut String) -> Option<()> {
     let ceiling_um = if most_um > 0.0 { HIGHEST * most_um } else { f64::INFINITY };
     let limit_um = figure.limit_um.filter(|limit| limit.is_finite() && *limit <= ceiling_um);
     let band_ends = ahead().flat_map(WearBand::all_um).map(|wear| wear.clamp(0.0, ceiling_um));
-    // Up to the limit and a little over it: what lies far above it nobody cuts.
+    // Up to the limit and a little above it: wear far above it is never reached.
     let top_um = limit_um.map_or(ceiling_um, |limit| f64::max(1.25 * limit, most_um));
     let heights =
         range(dots().map(|(_, wear)| wear).chain(band_ends.map(|wear| wear.min(top_um))).chain(limit_um));

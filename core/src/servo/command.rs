@@ -1,36 +1,37 @@
-//! A path as the drives are told it: one position for each axis and sample.
+//! A path as commands to the drives: one position for each axis and sample.
 
 use super::feed_profile::distances_mm;
 use super::{Circle, FeedProfile, ServoFault};
 use crate::geometry::trig;
 use crate::units::{Feedrate, S_PER_MIN};
 
-/// Most samples of one command: bounds time and memory.
+/// Most samples of one command. It limits time and memory.
 pub const MAX_SAMPLES: usize = 2_000_000;
 
 /// How a path is run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Run {
-    /// Along the path.
+    /// Feed along the path.
     pub feed: Feedrate,
     /// Sample period of the command \[s\].
     pub period_s: f64,
-    /// How often a closed path is run; the last lap is judged.
+    /// Number of laps on a closed path; the last lap is judged.
     pub laps: u32,
-    /// Jerk-limited feed; without one the command starts and ends with a step of speed.
+    /// Jerk-limited feed. Without it the command starts and ends with a step of speed.
     pub profile: Option<FeedProfile>,
-    /// With a profile: corners sharper than this are exact stops \[rad\].
+    /// With a profile: the command stops exactly at corners sharper than this \[rad\].
     pub stop_at_corners_above_rad: f64,
 }
 
 impl Run {
-    /// At this feed: 1 ms, two laps, no profile, stops at corners above 10° where there is a profile.
+    /// A run at this feed: 1 ms, two laps, no profile, and stops at corners above 10° if there is a profile.
     #[must_use]
     pub fn at(feed: Feedrate) -> Self {
         Self { feed, period_s: 0.001, laps: 2, profile: None, stop_at_corners_above_rad: 10_f64.to_radians() }
     }
 
-    /// How many samples the command of such a path takes, roughly: starts, stops and ends with a profile counted.
+    /// Approximate number of samples of the command for such a path, including starts, stops and ends with a
+    /// profile.
     #[must_use]
     pub fn samples(&self, extent: &PathExtent) -> f64 {
         let speed_mm_per_s = self.feed.mm_per_min() / S_PER_MIN;
@@ -42,7 +43,8 @@ impl Run {
         samples
     }
 
-    /// Refuses, before any sample is made, a path that would take too many, and a lap of too few to tell its course.
+    /// Refuses a path with too many samples, or with too few in a lap to show its course, before any sample is
+    /// made.
     pub(super) fn check_samples(&self, extent: &PathExtent) -> Result<(), ServoFault> {
         if extent.length.is_nan() || extent.length <= 0.0 {
             return Err(ServoFault::NoLength);
@@ -61,26 +63,26 @@ impl Run {
     }
 }
 
-/// How long a path is, as the feed counts it: mm of the tip, or degrees where only rotary axes turn.
+/// The length of a path as the feed counts it: mm of the tip, or degrees if only rotary axes turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathExtent {
-    /// All laps.
+    /// Length of all laps.
     pub length: f64,
-    /// One of them, of a path that is closed.
+    /// Length of one lap, if the path is closed.
     pub lap: Option<f64>,
-    /// Exact stops on the way, which a profile makes.
+    /// Number of exact stops on the way, with a profile.
     pub stops: usize,
 }
 
 impl PathExtent {
-    /// That of a circle, run so often.
+    /// The extent of a circle with this number of laps.
     pub(super) fn of_circle(circle: &Circle, laps: u32) -> Self {
         let lap = std::f64::consts::TAU * circle.radius_mm();
         Self { length: lap * f64::from(laps.max(1)), lap: Some(lap), stops: 0 }
     }
 }
 
-/// A quarter of a radian of a circle in each sample: with fewer, what is commanded is no longer the circle.
+/// One sample for each quarter of a radian of a circle. With fewer, the commanded path is no longer the circle.
 const LEAST_SAMPLES_IN_A_LAP: f64 = 25.0;
 
 /// The commands of the two axes of a circle.
@@ -98,14 +100,14 @@ pub struct CircleCommand {
     pub judged_from: usize,
 }
 
-/// Largest turn of C from one sample to the next \[rad\]: beyond it the circle is no longer one.
+/// Largest turn of C from one sample to the next \[rad\]. Beyond it the commanded path is no longer a circle.
 const MAX_TURN_RAD: f64 = 0.25;
 
 impl CircleCommand {
     /// Samples a circle (P2 eq. (4), (5)): φ = F t / r.
     ///
     /// # Errors
-    /// Too many samples, or too few in a lap; an XC circle that comes too near the line of C.
+    /// Too many samples, or too few in a lap; an XC circle too near the line of C.
     pub fn new(circle: Circle, run: &Run) -> Result<Self, ServoFault> {
         let radius_mm = circle.radius_mm();
         let extent = PathExtent::of_circle(&circle, run.laps);
@@ -150,7 +152,7 @@ impl CircleCommand {
     }
 }
 
-/// Turns that a principal value hides are put back.
+/// Restores the turns that principal values hide.
 fn unwrap(angles_rad: &mut [f64]) {
     let mut turns = 0.0;
     let mut before = angles_rad.first().copied().unwrap_or(0.0);

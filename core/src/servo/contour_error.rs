@@ -1,13 +1,13 @@
-//! Distance from where the tool is to the path it was told to follow.
+//! Distance from the tool to the commanded path.
 
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::ToolPose;
 
-/// Contour error of one moment.
+/// Contour error at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContourError {
-    /// Distance of the tool tip from the commanded path \[mm\]; with a plane signed, positive to the right of travel
-    /// as seen from its normal, and then measured in that plane.
+    /// Distance of the tool tip from the commanded path \[mm\]. With a plane it is measured in that plane, and
+    /// positive to the right of travel as seen from its normal.
     pub tip_mm: f64,
     /// Angle between the tool axis and the commanded one at the foot \[rad\].
     pub axis_rad: f64,
@@ -15,24 +15,24 @@ pub struct ContourError {
 
 /// Follows the foot of the actual tool on the commanded path.
 ///
-/// The path is the polyline of the commanded samples. The foot is searched from a little before the previous foot to
-/// the present command: a nearest point of the whole path would find the neighbouring pass. Only where the tool
-/// leads the command, as feed-forward can make it, the search goes on from the command as long as the distance
-/// shrinks.
+/// The path is the polyline of the commanded samples. The foot is searched from slightly before the previous foot
+/// to the present command: a nearest point of the whole path could be on the neighbouring pass. Only if the tool
+/// leads the command, as feed-forward can make it, the search continues beyond the command as long as the distance
+/// decreases.
 #[derive(Debug, Clone)]
 pub struct FootTracker {
-    /// Commanded poses, as far as they are still of interest.
+    /// Commanded poses that are still needed.
     path: Vec<Sample>,
     /// Index of the first of them in the run.
     base: usize,
     /// Index in the run of the segment of the previous foot.
     foot: usize,
     plane_normal: Option<Vec3>,
-    /// First sample of the place where the command stands.
+    /// First sample at the present position of the command.
     arrived: usize,
-    /// How far behind the command the foot is looked for \[segments on which it moved\].
+    /// How far behind the command the foot is searched \[segments on which the command moved\].
     longest_lag: usize,
-    /// Whether a foot has been further behind.
+    /// Whether a foot has been farther behind than the search.
     is_lost: bool,
 }
 
@@ -43,12 +43,12 @@ struct Sample {
     axis: Vec3,
     /// Length of the path up to here, as the search counts it.
     arc: f64,
-    /// Samples up to here at which the command moved.
+    /// Number of samples up to here at which the command moved.
     moves: usize,
 }
 
-/// What a radian of tool axis counts beside a millimetre of tip in the search for the foot: so little that it does
-/// not move the foot of a tip that moves, yet finds the foot where the tip rests and only the axis turns.
+/// The length in millimetres of tip that a radian of tool axis counts as in the search for the foot. It is so small
+/// that it does not move the foot of a moving tip, yet it finds the foot if the tip rests and only the axis turns.
 const AXIS_WEIGHT_MM: f64 = 1e-3;
 /// How far before the previous foot the search begins \[segments\].
 const BACK: usize = 4;
@@ -57,7 +57,7 @@ const ARC_ROUNDING_MM: f64 = 1e-8;
 /// How far beyond the command a leading tool is followed \[segments\].
 pub const LOOK_AHEAD: usize = 64;
 
-/// Where a tool is before any command.
+/// Initial position of a tool, before any command.
 const NOWHERE: Sample =
     Sample { tip_mm: Vec3::new(0.0, 0.0, 0.0), axis: Vec3::new(0.0, 0.0, 1.0), arc: 0.0, moves: 0 };
 
@@ -69,7 +69,7 @@ impl Sample {
     }
 }
 
-/// A point of a segment: where on it, and how far.
+/// A point of a segment: its position on the segment, and its distance.
 #[derive(Debug, Clone, Copy)]
 struct Foot {
     segment: usize,
@@ -78,14 +78,14 @@ struct Foot {
 }
 
 impl FootTracker {
-    /// A tracker for a path that is yet to come; `plane_normal` gives the error a sign. The tool is looked for no
-    /// further behind the command than `longest_lag` samples on which it moved.
+    /// A tracker for a path that is still to come. `plane_normal` gives the error a sign. The tool is searched at
+    /// most `longest_lag` samples with motion behind the command.
     #[must_use]
     pub fn new(plane_normal: Option<Vec3>, longest_lag: usize) -> Self {
         Self { path: Vec::new(), base: 0, foot: 0, arrived: 0, plane_normal, longest_lag, is_lost: false }
     }
 
-    /// Whether the tool has ever been further behind its command than it is looked for: its errors are wrong then.
+    /// Whether the tool has ever been farther behind its command than the search. Its errors are then wrong.
     #[must_use]
     pub const fn is_lost(&self) -> bool {
         self.is_lost
@@ -101,22 +101,22 @@ impl FootTracker {
         self.path.push(sample);
     }
 
-    /// The contour error of `actual` while the command stands at sample `now` of the run. Samples up to
-    /// `now + LOOK_AHEAD` must have been commanded, as far as there are so many.
+    /// The contour error of `actual` while the command is at sample `now` of the run. Samples up to
+    /// `now + LOOK_AHEAD` must have been commanded, as far as the run has them.
     pub fn judge(&mut self, actual: &ToolPose, now: usize) -> ContourError {
         let actual = Sample { tip_mm: actual.tip_mm, axis: actual.axis, arc: 0.0, moves: 0 };
         let Sample { arc, moves, .. } = *self.at(now);
         let oldest = moves.saturating_sub(self.longest_lag);
         self.is_lost |= self.at(self.foot).moves < oldest;
         let window = self.base + self.path.partition_point(|sample| sample.moves < oldest);
-        // Where the command rests since then, there is one place to look at.
+        // If the command has been at rest since then, only one position has to be searched.
         self.arrived = self.base + self.path.partition_point(|sample| sample.arc < arc);
         let first = self.foot.min(self.arrived).saturating_sub(BACK).max(window);
         let mut best = self.foot_on(first.min(now), &actual);
         let mut segment = first;
         while segment < self.arrived.min(now) {
             let foot = self.foot_on(segment, &actual);
-            // Of equals the later one: where nothing moves the foot keeps up with the command.
+            // Of equal feet the later one is taken: where nothing moves, the foot keeps up with the command.
             if foot.separation <= best.separation {
                 best = foot;
             }
@@ -141,14 +141,14 @@ impl FootTracker {
         self.error_at(&best, &actual)
     }
 
-    /// The first segment from `from` on, before `now`, whose end is not within this length of path.
+    /// The first segment from `from` on, before `now`, whose end is farther than this length of path.
     fn first_beyond(&self, arc: f64, from: usize, now: usize) -> usize {
         let ends = |segment: usize| (segment + 1).saturating_sub(self.base).min(self.path.len());
         let within = self.path.get(ends(from)..ends(now)).unwrap_or_default();
         from + within.partition_point(|end| end.arc < arc)
     }
 
-    /// Forgets what no later search will look at.
+    /// Removes the samples that no later search needs.
     pub fn trim(&mut self) {
         let keep_from = self.foot.min(self.arrived).saturating_sub(BACK).max(self.base);
         let count = (keep_from - self.base).min(self.path.len());
@@ -177,7 +177,7 @@ impl FootTracker {
         [*self.at(segment), *self.at(segment + 1)]
     }
 
-    /// A sample of the run; beyond the ends of what is known the nearest that is.
+    /// A sample of the run. Beyond the known samples, the nearest known one.
     fn at(&self, index: usize) -> &Sample {
         let last = self.path.len().saturating_sub(1);
         self.path.get(index.saturating_sub(self.base).min(last)).unwrap_or(&NOWHERE)

@@ -6,7 +6,8 @@ use thiserror::Error;
 
 use super::StateSpace;
 
-/// One step of length h: `z(t+h) = Φ z + Γ0 r(t) + Γ1 r(t+h)`, exact for a command that is linear in between.
+/// One step of length h: `z(t+h) = Φ z + Γ0 r(t) + Γ1 r(t+h)`, exact for a command that is linear within the
+/// step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// Φ.
@@ -15,14 +16,14 @@ pub struct Step {
     pub from_old: DVector<f64>,
     /// Γ1.
     pub from_new: DVector<f64>,
-    /// Which state is the position.
+    /// Index of the state that is the position.
     pub output: usize,
 }
 
-/// A sample period for which a drive has no step.
+/// A drive has no step for a sample period.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "the loops move by a factor of e^{exponent:e} within a sample period of {period_s} s; at most e^{max:e} can be stepped"
+    "the loops move by a factor of e^{exponent:e} within a sample period of {period_s} s; the limit is e^{max:e}; take a shorter sample period"
 )]
 pub struct TooStiff {
     /// Norm of A h, balanced.
@@ -33,17 +34,17 @@ pub struct TooStiff {
     pub max: f64,
 }
 
-/// Largest ‖A h‖: beyond it the squarings of the matrix exponential lose the slow poles' digits.
+/// Largest ‖A h‖. Beyond it the squarings of the matrix exponential lose the digits of the slow poles.
 const MAX_NORM: f64 = 1e7;
 
 impl Step {
     /// Discretises for a sample period h \[s\].
     ///
     /// The exponential of `[[A, B, 0], [0, 0, 1/h], [0, 0, 0]] h` holds Φ, the response to a constant command and
-    /// that to one which rises by 1 (Van Loan 1978). A is balanced first, by powers of two.
+    /// that to a command which rises by 1 (Van Loan 1978). A is balanced first, by powers of two.
     ///
     /// # Errors
-    /// ‖A h‖ is beyond what the exponential keeps digits for.
+    /// ‖A h‖ is too large for the exponential to keep its digits.
     pub fn new(system: &StateSpace, period_s: f64) -> Result<Self, TooStiff> {
         let states = system.states();
         let mut balanced = &system.a * period_s;
@@ -83,8 +84,8 @@ impl Step {
     }
 }
 
-/// The exponential by way of a matrix of fixed size: products of the others may use fused multiply-add where the
-/// processor has it, and the digits are to be the same everywhere.
+/// The exponential with a matrix of fixed size. Products of other matrices may use fused multiply-add if the
+/// processor has it, but the digits must be the same everywhere.
 fn exponential<const N: usize>(
     matrix: &DMatrix<f64>,
     exp: impl Fn(SMatrix<f64, N, N>) -> SMatrix<f64, N, N>,

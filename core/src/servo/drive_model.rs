@@ -1,4 +1,4 @@
-//! One axis with its cascaded drive: the constants, checked, and what they are called.
+//! One axis with its cascaded drive: the checked constants and their names.
 
 use std::fmt;
 
@@ -17,10 +17,10 @@ pub enum AxisLetter {
 }
 
 impl AxisLetter {
-    /// Every letter, linear axes first.
+    /// All letters, linear axes first.
     pub const ALL: [Self; 6] = [Self::X, Self::Y, Self::Z, Self::A, Self::B, Self::C];
 
-    /// The letter as it stands in a program.
+    /// The letter as in a program.
     #[must_use]
     pub const fn as_char(self) -> char {
         match self {
@@ -52,13 +52,13 @@ impl fmt::Display for AxisLetter {
     }
 }
 
-/// Where the position of an axis is measured.
+/// The position measurement of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Feedback {
-    /// On the load: what is controlled is what moves.
+    /// On the load: the control measures the part that moves.
     #[default]
     Load,
-    /// On the motor: what the transmission does stays outside the loop.
+    /// On the motor: errors of the transmission stay outside the loop.
     Motor,
 }
 
@@ -90,9 +90,9 @@ pub struct Drive {
     pub torque_constant_nm_per_a: f64,
     /// Ke [V s/rad].
     pub back_emf_v_s_per_rad: f64,
-    /// J [kg m²]: the whole axis, or the motor side where the load is modelled apart.
+    /// J [kg m²]: of the whole axis, or of the motor side if the load is modelled separately.
     pub inertia_kg_m2: f64,
-    /// `J_l` [kg m²] on the motor shaft: a true two-mass axis, which needs a resonance.
+    /// `J_l` [kg m²] on the motor shaft, for a true two-mass axis. It needs a resonance.
     pub load_inertia_kg_m2: Option<f64>,
     /// C [Nm s/rad].
     pub damping_nm_s_per_rad: f64,
@@ -100,9 +100,9 @@ pub struct Drive {
     pub load_torque_nm: f64,
     /// ρ: output units (mm, or rad) for each radian of the motor.
     pub output_per_motor_rad: f64,
-    /// Between motor and load; without it the transmission is rigid.
+    /// Resonance between motor and load. Without it the transmission is rigid.
     pub resonance: Option<Resonance>,
-    /// Where the position is measured.
+    /// Place of the position measurement.
     pub feedback: Feedback,
     /// Share of the commanded velocity added to v*.
     pub velocity_feedforward: f64,
@@ -110,13 +110,13 @@ pub struct Drive {
     pub acceleration_feedforward: f64,
 }
 
-/// What is wrong with a drive.
+/// A fault of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum DriveFault {
     /// A constant outside its range.
-    #[error("{name} is {value:e}; it must lie in {min:e} … {max:e}")]
+    #[error("{name} is {value:e}; it must be between {min:e} and {max:e}")]
     OutOfRange {
-        /// The constant, as the contract calls it.
+        /// Name of the constant in the contract.
         name: &'static str,
         /// Its value.
         value: f64,
@@ -126,7 +126,9 @@ pub enum DriveFault {
         max: f64,
     },
     /// A two-mass axis without the spring between its masses.
-    #[error("load_inertia_kg_m2 makes two masses, and these need transmission.resonance")]
+    #[error(
+        "load_inertia_kg_m2 models two masses, which need transmission.resonance: give it, or leave load_inertia_kg_m2 out"
+    )]
     TwoMassesWithoutSpring,
 }
 
@@ -141,11 +143,11 @@ impl DriveFault {
     }
 }
 
-/// Smallest value of a constant that has to be positive: far below any drive, far above underflow.
+/// Smallest value of a constant that must be positive: far below any drive, far above underflow.
 const TINY: f64 = 1e-12;
 
 impl Drive {
-    /// Every fault of the constants; none for a drive that can be simulated.
+    /// All faults of the constants; empty for a drive that can be simulated.
     #[must_use]
     pub fn faults(&self) -> Vec<DriveFault> {
         let ranges = [
@@ -179,7 +181,7 @@ impl Drive {
         ];
         let mut faults: Vec<DriveFault> = ranges
             .into_iter()
-            // NaN lies in no range
+            // NaN is in no range.
             .filter(|(_, value, min, max)| !(*min..=*max).contains(value))
             .map(|(name, value, min, max)| DriveFault::OutOfRange { name, value, min, max })
             .collect();
@@ -201,9 +203,9 @@ impl Drive {
         Self { position_gain_per_s, ..self }
     }
 
-    /// Kv: commanded velocity over the following error that a ramp settles to \[1/s\], `Kpp / (1 − kff)` whatever
-    /// friction, back-EMF and constant load (`math.md` §3); negative where the feed-forward overdoes it, `None`
-    /// where it leaves no error.
+    /// Kv: commanded velocity over the steady following error of a ramp \[1/s\], `Kpp / (1 − kff)` for any
+    /// friction, back-EMF and constant load (`math.md` §3). Negative if the feed-forward is too large; `None` if
+    /// it leaves no error.
     #[must_use]
     pub fn velocity_gain_factor_per_s(&self) -> Option<f64> {
         let left = 1.0 - self.velocity_feedforward;

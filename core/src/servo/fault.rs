@@ -9,12 +9,12 @@ use crate::kinematics::InverseError;
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum ServoFault {
     /// An axis that moves has no drive.
-    #[error("axis {axis} moves on this path but has no drive")]
+    #[error("axis {axis} moves on this path but has no drive; give it one")]
     NoDrive {
         /// The axis.
         axis: AxisLetter,
     },
-    /// A loop that does not settle.
+    /// An unstable loop.
     #[error("axis {axis}: {fault}")]
     Unstable {
         /// The axis.
@@ -22,74 +22,76 @@ pub enum ServoFault {
         /// Its poles.
         fault: UnstableLoop,
     },
-    /// Loops too fast for the sample period.
+    /// The loops are too fast for the sample period.
     #[error("axis {axis}: {fault}")]
     TooStiff {
         /// The axis.
         axis: AxisLetter,
-        /// By how much.
+        /// The excess.
         fault: TooStiff,
     },
-    /// The circle runs through, or too near, the line about which C turns.
+    /// The circle passes through, or too near, the line about which C turns.
     #[error(
-        "the circle comes within {distance_mm} mm of the C axis, where C would turn by {turn_rad} rad in one sample; {max_rad} rad are followed"
+        "the circle comes within {distance_mm} mm of the C axis, where C would turn by {turn_rad} rad in one sample; the limit is {max_rad} rad. Move the circle, or take a lower feed"
     )]
     ThroughRotaryCenter {
         /// |x0| − r \[mm\].
         distance_mm: f64,
-        /// How far C would turn \[rad\].
+        /// The turn of C \[rad\].
         turn_rad: f64,
         /// Largest turn accepted \[rad\].
         max_rad: f64,
     },
     /// A path without length.
-    #[error("the path has no length: nothing moves")]
+    #[error("the path has no length, so nothing moves; give different points")]
     NoLength,
-    /// More samples than one simulation may have.
-    #[error("the path takes {samples:.0} samples at this feed and sample period; the limit is {max}")]
+    /// More samples than one simulation allows.
+    #[error(
+        "the path takes {samples:.0} samples at this feed and sample period; the limit is {max}; take a higher feed, a longer sample period or a shorter path"
+    )]
     TooManySamples {
-        /// How many.
+        /// Number of samples.
         samples: f64,
-        /// Largest accepted.
+        /// Largest number accepted.
         max: usize,
     },
-    /// So few samples in a lap that they do not tell its course.
+    /// Too few samples in a lap to show its course.
     #[error(
-        "a lap takes {samples:.1} samples at this feed and sample period; at least {least} tell its course"
+        "a lap takes {samples:.1} samples at this feed and sample period; at least {least} are needed; take a lower feed or a shorter sample period"
     )]
     TooFewSamples {
-        /// How many.
+        /// Number of samples.
         samples: f64,
-        /// Fewest accepted.
+        /// Smallest number accepted.
         least: f64,
     },
-    /// The tool is further behind its command than it is looked for.
+    /// The tool is farther behind its command than the search for it.
     #[error(
-        "{at_s} s into the path the tool is {samples} samples behind its command, and is looked for no further back: take a longer sample period or more gain"
+        "{at_s} s into the path the tool is more than {samples} samples behind its command, the limit of the search: take a longer sample period or more gain"
     )]
     TooFarBehind {
         /// Time from the start \[s\].
         at_s: f64,
-        /// How far back it is looked for.
+        /// Limit of the search \[samples\].
         samples: usize,
     },
-    /// No gain keeps the margins asked for.
+    /// No gain keeps the required margins.
     #[error("not even a position gain of {smallest_per_s} 1/s on every axis keeps these margins")]
     NoGainWithinMargins {
         /// The smallest tried \[1/s\].
         smallest_per_s: f64,
     },
-    /// The machine cannot take the tool there.
+    /// The machine does not reach this tool pose.
     #[error("{at_s} s into the path: {fault}")]
     Unreachable {
         /// Time from the start \[s\].
         at_s: f64,
-        /// Why; its pose counts the samples.
+        /// The reason; its pose number counts the samples.
         fault: InverseError,
     },
     /// An axis leaves its travel.
     #[error(
-        "{at_s} s into the path axis {axis} would stand at {commanded}, outside its travel {min} … {max}"
+        "{at_s} s into the path axis {axis} would be at {commanded}, outside its travel of {min} to {max}"
     )]
     OutOfTravel {
         /// Time from the start \[s\].
@@ -105,17 +107,17 @@ pub enum ServoFault {
     },
     /// A rotary axis would have to jump: a rewind, or the pole.
     #[error(
-        "{at_s} s into the path axis {axis} would have to turn by {step_deg}° from one sample to the next"
+        "{at_s} s into the path axis {axis} would have to turn by {step_deg}° from one sample to the next; take a lower feed, or move the path away from the pole"
     )]
     Jump {
         /// Time from the start \[s\].
         at_s: f64,
         /// The axis.
         axis: char,
-        /// By how much \[deg\].
+        /// The step \[deg\].
         step_deg: f64,
     },
-    /// The caller no longer wants the answer.
+    /// The caller no longer waits for the answer.
     #[error("stopped on request")]
     Stopped,
 }

@@ -1,4 +1,4 @@
-//! How far along its path the command is at each sample.
+//! The distance of the command along its path at each sample.
 
 use crate::units::Feedrate;
 
@@ -12,15 +12,15 @@ pub struct FeedProfile {
 }
 
 impl FeedProfile {
-    /// Lengths in samples, at least one, of the two moving averages which keep both limits for changes of speed up
-    /// to `speed_mm_per_s`: one as long as the acceleration takes, one as long as its build-up takes. The averages
-    /// of a distance travelled at constant speed are the seven-segment profile, and the path itself stays what it
-    /// is, since only the way along it is averaged.
+    /// Lengths in samples, at least one, of the two moving averages that keep both limits for changes of speed up
+    /// to `speed_mm_per_s`. The first is as long as the acceleration takes, the second as long as its build-up
+    /// takes. The averages of a distance travelled at constant speed are the seven-segment profile. The path
+    /// itself does not change, because only the distance along it is averaged.
     #[must_use]
     pub fn averages(&self, speed_mm_per_s: f64, period_s: f64) -> [usize; 2] {
         let samples = |time_s: f64| {
             let count = (time_s / period_s).ceil().max(1.0);
-            // Saturates; the caller bounds the total.
+            // Saturates; the caller limits the total.
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -36,8 +36,8 @@ impl FeedProfile {
     }
 }
 
-/// A moving average over a fixed number of samples, of a sequence that has rested at its first value for ever. The
-/// sum is formed anew once in every length, so that rounding does not pile up.
+/// A moving average over a fixed number of samples, of a sequence that has always been at its first value before.
+/// The sum is computed again once in every length, so that rounding does not accumulate.
 #[derive(Debug, Clone)]
 pub struct MovingAverage {
     window: Vec<f64>,
@@ -46,7 +46,7 @@ pub struct MovingAverage {
 }
 
 impl MovingAverage {
-    /// An average over `length` samples (at least one) that rests at `start`.
+    /// An average over `length` samples (at least one) that is at rest at `start`.
     #[must_use]
     pub fn new(length: usize, start: f64) -> Self {
         let window = vec![start; length.max(1)];
@@ -54,7 +54,7 @@ impl MovingAverage {
         Self { window, next: 0, sum }
     }
 
-    /// Takes the next value and gives the average.
+    /// Takes the next value and returns the average.
     pub fn push(&mut self, value: f64) -> f64 {
         let Some(oldest) = self.window.get_mut(self.next) else { return value };
         self.sum += value - *oldest;
@@ -68,10 +68,11 @@ impl MovingAverage {
     }
 }
 
-/// Distance along the path \[mm\] at each sample, from rest at 0 to `length_mm` at constant feed; with a profile
-/// accelerated and braked within its limits, and `stops_mm` (ascending) are points where it comes to rest.
+/// Distance along the path \[mm\] at each sample, from rest at 0 to `length_mm` at constant feed. With a profile
+/// the command accelerates and brakes within its limits, and comes to rest at the points `stops_mm` (ascending).
 ///
-/// Without a profile the last sample is the last one before the end of the path; with one it is the end itself.
+/// Without a profile the last sample is the last one before the end of the path. With a profile it is the end
+/// itself.
 #[must_use]
 pub(super) fn distances_mm(
     length_mm: f64,
@@ -96,7 +97,7 @@ pub(super) fn distances_mm(
         for k in 0..samples_of(stop_mm - from_mm, step_mm) {
             push(from_mm + k as f64 * step_mm);
         }
-        // The averages run dry: the command rests here.
+        // The averages run out: the command rests here.
         for _ in 0..first + second {
             push(stop_mm);
         }
@@ -105,10 +106,10 @@ pub(super) fn distances_mm(
     out
 }
 
-/// Samples of a stretch at constant feed, its start counted.
+/// Number of samples of a stretch at constant feed, including its start.
 #[must_use]
 pub(super) fn samples_of(length_mm: f64, step_mm: f64) -> usize {
-    // A lap that ends on a sample ends there whatever the last digit says.
+    // A lap that ends on a sample must end there whatever its last digit is.
     const ROUNDING: f64 = 1e-9;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, saturating")]
     let steps = (length_mm / step_mm + ROUNDING).max(0.0) as usize;
@@ -133,7 +134,7 @@ mod tests {
         let speed = differences(&distances);
         let acceleration = differences(&speed);
         let jerk = differences(&acceleration);
-        // rounding of distances, divided by the period once, twice, three times
+        // Rounding of distances, divided by the period once, twice, three times.
         assert!(largest(&speed) <= 50.0 * (1.0 + 1e-9), "{}", largest(&speed));
         assert!(largest(&acceleration) <= 500.0 * (1.0 + 1e-6), "{}", largest(&acceleration));
         assert!(largest(&jerk) <= 20_000.0 * 1.001, "{}", largest(&jerk));

@@ -1,4 +1,4 @@
-//! What to set instead: gains that bring the contour error under a target, and the feed that present gains allow.
+//! Proposals: gains that bring the contour error below a target, and the feed that the present gains allow.
 
 use std::ops::ControlFlow;
 
@@ -6,14 +6,14 @@ use super::sweep::ServoPath;
 use super::{AxisLetter, Detail, DriveSet, MAX_SETTLING_S, Run, ServoFault, Simulation, Stability, simulate};
 use crate::units::Feedrate;
 
-/// What is searched for, and within which bounds.
+/// The bounds of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MatchingOptions {
-    /// Smallest gain margin that proposed gains keep: Kpp stays below its limit by this factor.
+    /// Smallest gain margin of proposed gains: Kpp stays below its limit by this factor.
     pub least_gain_margin: f64,
-    /// Smallest phase margin that proposed gains keep \[rad\].
+    /// Smallest phase margin of proposed gains \[rad\].
     pub least_phase_margin_rad: f64,
-    /// Feeds between which the limit is searched \[mm/min\].
+    /// Range of feeds in which the limit is searched \[mm/min\].
     pub feeds_mm_per_min: [f64; 2],
 }
 
@@ -27,34 +27,35 @@ impl Default for MatchingOptions {
     }
 }
 
-/// Gains to set.
+/// Proposed gains.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MatchedGains {
     /// Kpp of each axis of the path \[1/s\]; all of them reach the same Kv.
     pub position_gain_per_s: Vec<(AxisLetter, f64)>,
-    /// What the path gets with them.
+    /// The result on the path with these gains.
     pub simulation: Simulation,
-    /// Whether the target is reached; otherwise these are the best gains within the margins.
+    /// Whether the target is reached. If not, these are the best gains within the margins.
     pub reached: bool,
     /// The largest common Kpp within the margins \[1/s\].
     pub largest_per_s: f64,
 }
 
-/// How fast the path may be run.
+/// The largest feed of the path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FeedLimit {
     /// Largest contour error allowed \[mm\].
     pub target_mm: f64,
-    /// Largest feed that keeps it, and all slower ones tried do; `None`: not even the slowest tried.
+    /// Largest feed that keeps the target together with all slower feeds tried. `None`: not even the slowest feed
+    /// keeps it.
     pub feed: Option<Feedrate>,
-    /// Whether the fastest feed tried keeps it still: then the limit lies beyond.
+    /// Whether the fastest feed tried still keeps it. The limit is then beyond the range.
     pub beyond_range: bool,
 }
 
-/// Both answers.
+/// Both proposals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Matching {
-    /// Present gains, at the feed of the run.
+    /// The simulation with present gains, at the feed of the run.
     pub before: Simulation,
     /// Gains for the first target at the feed of the run.
     pub gains: MatchedGains,
@@ -64,25 +65,25 @@ pub struct Matching {
     pub limits_after: Vec<FeedLimit>,
 }
 
-/// Feeds tried before the limit is closed in on, evenly on a logarithmic scale.
+/// Number of feeds tried before the limit is narrowed down, evenly on a logarithmic scale.
 const FEEDS_TRIED: u32 = 16;
 /// Halvings of the last interval: 2⁻¹² of half a decade is far below what a feed override can set.
 const HALVINGS: u32 = 12;
-/// Gains tried between the smallest and the largest.
+/// Number of gains tried between the smallest and the largest.
 const GAINS_TRIED: u32 = 24;
-/// Smallest common gains tried \[1/s\], the first that keeps the margins: lower ones only where 1 does not.
+/// Smallest common gains tried \[1/s\]. The first that keeps the margins is used: lower gains only if 1 does not.
 const SMALLEST_GAINS_PER_S: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
 /// Largest common gain tried \[1/s\].
 const LARGEST_GAIN_PER_S: f64 = 1e4;
-/// Most samples of one run: matching makes dozens.
+/// Most samples of one run. Matching makes dozens of runs.
 pub const MAX_MATCHING_SAMPLES: usize = 400_000;
 /// Halvings of that range on a logarithmic scale.
 const GAIN_HALVINGS: u32 = 40;
 
-/// How many samples [`match_gains`] takes at most, roughly: for estimates before the work starts.
+/// Approximate upper bound on the samples of [`match_gains`], for estimates before the work starts.
 #[must_use]
 pub fn matching_samples(path: &ServoPath<'_>, run: &Run, targets: usize, options: &MatchingOptions) -> f64 {
-    // The gains to be tried are not known yet: the slowest loop that is waited for.
+    // The gains to be tried are not known yet: this is the slowest loop with a limited settling time.
     let settling = if path.is_open() { MAX_SETTLING_S / run.period_s } else { 0.0 };
     let extent = path.extent(run);
     let at_feed = run.samples(&extent) + settling;
@@ -91,19 +92,19 @@ pub fn matching_samples(path: &ServoPath<'_>, run: &Run, targets: usize, options
     let ratio = (fastest / slowest).max(1.0);
     let grid: f64 =
         (0..=FEEDS_TRIED).map(|k| at(slowest * ratio.powf(f64::from(k) / f64::from(FEEDS_TRIED)))).sum();
-    // The last intervals lie somewhere between.
+    // The last intervals are somewhere between.
     let closing_in = f64::from(HALVINGS) * targets as f64 * at((slowest * fastest).sqrt());
     let gains = f64::from(GAINS_TRIED + HALVINGS + 3) * at_feed;
     gains + 2.0 * (grid + closing_in)
 }
 
 /// Answers both questions of matching (P2 §5: unequal gains make the oval, and raising both cannot replace
-/// matching). The proposed Kpp is one for all axes, so that the first-order error vanishes, and the smallest that
-/// reaches `targets_mm[0]`; margins of every axis are kept.
+/// matching). All axes get the same Kpp, so that the first-order error vanishes. It is the smallest Kpp that
+/// reaches `targets_mm[0]`, and every axis keeps its margins.
 ///
 /// # Errors
-/// No gain keeps the margins; those of [`simulate`] for the present gains, whose run may have 400 000 samples. Feeds at which a run would have
-/// more are not tried.
+/// No gain keeps the margins; those of [`simulate`] for the present gains, whose run may have 400 000 samples.
+/// Feeds that would need more samples are not tried.
 pub fn match_gains(
     path: &ServoPath<'_>,
     run: &Run,
@@ -133,8 +134,8 @@ pub fn match_gains(
 
 /// Kpp of an axis whose Kv is `kv_per_s`.
 fn gain_for(drives: &DriveSet, axis: AxisLetter, kv_per_s: f64) -> f64 {
-    // With velocity feed-forward Kv = Kpp/(1 − kff); matched Kpp/(1 − kff) is what removes the first order. Where
-    // no error is left at all there is nothing to match, and the gain itself is common.
+    // With velocity feed-forward Kv = Kpp/(1 − kff); equal values of Kpp/(1 − kff) remove the first order. If no
+    // error remains there is nothing to match, and the gain itself is common.
     let left = drives.get(axis).map_or(1.0, |drive| 1.0 - drive.velocity_feedforward);
     if left > 0.0 { kv_per_s * left } else { kv_per_s }
 }
@@ -208,7 +209,7 @@ fn common_gain(
         let simulation = match with(kv_per_s) {
             Ok(simulation) => simulation,
             Err(ServoFault::Stopped) => return Err(ServoFault::Stopped),
-            // A gain that cannot be run is no candidate.
+            // A gain that cannot be run is not a candidate.
             Err(_) => continue,
         };
         if simulation.contour.max_abs_mm <= target_mm {
@@ -234,7 +235,7 @@ fn common_gain(
     }
     let (kv_per_s, simulation) = match found.or(best) {
         Some(gains) => gains,
-        // Not one gain can be run: the fault of the largest says why.
+        // No gain can be run: the fault of the largest gain says why.
         None => (largest_per_s, with(largest_per_s)?),
     };
     let gain = |axis: &AxisLetter| (*axis, gain_for(drives, *axis, kv_per_s));
@@ -256,7 +257,7 @@ fn feed_limits(
 ) -> Result<Vec<FeedLimit>, ServoFault> {
     let extent = path.extent(run);
     let is_short = |feed: f64| at_feed_of(run, feed).samples(&extent) <= MAX_MATCHING_SAMPLES as f64;
-    // Infinite where the path cannot be run at this feed.
+    // Infinite if the path cannot be run at this feed.
     let error_mm = |feed_mm_per_min: f64| -> Result<f64, ServoFault> {
         let run = at_feed_of(run, feed_mm_per_min);
         match simulate(path, &run, drives, Detail::Summary, stop) {
@@ -266,7 +267,7 @@ fn feed_limits(
         }
     };
     let [slowest, fastest] = options.feeds_mm_per_min;
-    // At a slower feed a run would take more samples than one may have, whatever a profile adds.
+    // At a slower feed a run would need more samples than allowed, even without a profile.
     let plain = Run { profile: None, ..*run };
     let slowest = slowest
         .max(run.feed.mm_per_min() * plain.samples(&extent) / MAX_MATCHING_SAMPLES as f64)

@@ -1,5 +1,5 @@
-//! What loop gains and feed do to the part: cascaded drives, simulated exactly, along circles, paths of the tool and
-//! programs; contour error to the commanded path; sweeps; gains that match.
+//! The effect of loop gains and feed on the part: cascaded drives, simulated exactly, along circles, paths of the
+//! tool and programs; contour error to the commanded path; sweeps; matching gains.
 //!
 //! Drive constants are coherent SI at the motor shaft; positions are mm, or rad. Letters and facts: `math.md` §3, P2.
 

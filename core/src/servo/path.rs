@@ -1,11 +1,11 @@
-//! Paths a machine is told to follow, in the workpiece.
+//! Commanded paths in the workpiece.
 
 use crate::geometry::{GreatCircle, Vec3, trig};
 use crate::kinematics::ToolPose;
 
 use super::{AxisLetter, PathExtent, Run};
 
-/// A circle that two axes make without any other.
+/// A circle made by two axes only.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Circle {
     /// X and C make a circle about `(center_x, 0)` on the table C (P2 eq. (4)–(8)): `X = √(x² + y²)`,
@@ -56,11 +56,11 @@ pub enum ToolPath {
         radius_mm: f64,
         /// Half the apex angle: between generatrix and cone axis \[rad\].
         half_apex_rad: f64,
-        /// Tilt of the cone axis out of Z, about the Y of W \[rad\].
+        /// Tilt of the cone axis from Z, about the Y of W \[rad\].
         tilt_rad: f64,
     },
-    /// The tip rests on the workpiece while the rotary axes go from one angle to another and back (in the manner of
-    /// ISO 10791-6).
+    /// The tip rests on the workpiece while the rotary axes turn from one angle to another and back (in the manner
+    /// of ISO 10791-6).
     TipHold {
         /// The tip in W \[mm\].
         tip_mm: Vec3,
@@ -74,7 +74,7 @@ pub enum ToolPath {
     },
 }
 
-/// A point along a path that a tool can take more than once.
+/// A point along a path, in one of two forms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Waypoint {
     /// The tool in W; the joints follow from it.
@@ -88,17 +88,17 @@ pub enum Waypoint {
     },
 }
 
-/// A tip that moves less than this rests \[mm\].
+/// A tip that moves by less than this is at rest \[mm\].
 const RESTING_MM: f64 = 1e-9;
 
 impl ToolPath {
-    /// Whether its end is its start, so that it can be run in laps.
+    /// Whether it ends at its start, so that it can be run in laps.
     #[must_use]
     pub const fn is_closed(&self) -> bool {
         !matches!(self, Self::Polyline { .. })
     }
 
-    /// How long a run along it is.
+    /// The extent of a run along it.
     #[must_use]
     pub fn extent(&self, run: &Run) -> PathExtent {
         let stretches = self.stretches();
@@ -113,7 +113,7 @@ impl ToolPath {
         PathExtent { length: lap * laps as f64, lap: self.is_closed().then_some(lap), stops }
     }
 
-    /// Lengths of its stretches as the feed counts them: mm of the tip, and degrees where only the axes turn.
+    /// Lengths of its stretches as the feed counts them: mm of the tip, or degrees if only the axes turn.
     #[must_use]
     pub fn stretches(&self) -> Vec<f64> {
         match self {
@@ -135,7 +135,7 @@ impl ToolPath {
         }
     }
 
-    /// The tool at the share `u` in [0, 1] of a stretch.
+    /// The tool at the fraction `u` in [0, 1] of a stretch.
     #[must_use]
     pub fn at(&self, stretch: usize, u: f64) -> Waypoint {
         match self {
@@ -167,8 +167,7 @@ impl ToolPath {
         }
     }
 
-    /// Whether the tip changes its direction by more than `angle_rad` from one stretch to the next, or comes to
-    /// rest there.
+    /// Whether the tip changes its direction by more than `angle_rad` after this stretch, or comes to rest there.
     #[must_use]
     pub fn has_corner_after(&self, stretch: usize, angle_rad: f64) -> bool {
         match self {

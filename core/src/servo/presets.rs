@@ -1,17 +1,17 @@
-//! Drives to start from.
+//! Preset drives.
 
 use super::{AxisLetter, Drive, Feedback};
 
-/// A drive with where its numbers come from.
+/// A drive with the source of its numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DrivePreset {
     /// Short name.
     pub id: &'static str,
-    /// In a few words.
+    /// Short description.
     pub title: &'static str,
-    /// Axes it is made for.
+    /// Axes for which it is made.
     pub axes: &'static [AxisLetter],
-    /// Constants that no source gives; all others are published values.
+    /// Constants without a published source. All others are published values.
     pub assumed: &'static [&'static str],
     /// The constants.
     pub drive: Drive,
@@ -44,9 +44,9 @@ const REFERENCE_X: Drive = Drive {
 };
 
 /// An axis of the identified three-axis mill: current amplifier of gain Ka, so that Kvp = Kv Ka; Kf = 1 of its
-/// velocity feed-forward is published like the gains. Its winding is not, and is taken from the reference motor. Its
-/// identified dry friction (static, Coulomb, Stribeck) is not modelled: the loops are linear, and of friction only the
-/// viscous part is in them.
+/// velocity feed-forward is published like the gains. Its winding is not published and is that of the reference
+/// motor. Its identified dry friction (static, Coulomb, Stribeck) is not modelled: the loops are linear, and
+/// contain only the viscous part of friction.
 const fn mill(
     amplifier_a_per_v: f64,
     velocity_gain_v_s_per_rad: f64,
@@ -72,7 +72,7 @@ const MILL_ASSUMED: &[&str] =
 
 use AxisLetter::{A, B, C, X, Y, Z};
 
-/// Every drive: the reference drive of `math.md` §3 for a small trunnion machine, and the axes of an identified
+/// All drives: the reference drive of `math.md` §3 for a small trunnion machine, and the axes of an identified
 /// three-axis mill.
 pub const DRIVE_PRESETS: [DrivePreset; 5] = [
     DrivePreset {

@@ -1,4 +1,4 @@
-//! Drives along a command, and what the part gets.
+//! Drives along a command, and the result on the part.
 
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub struct DriveSet {
     drives: [Option<Drive>; 6],
 }
 
-/// How many samples a time takes.
+/// Number of samples in a time.
 pub(super) fn samples_in(time_s: f64, period_s: f64) -> usize {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative, saturating")]
     let samples = (time_s / period_s).ceil().max(0.0) as usize;
@@ -42,12 +42,12 @@ impl DriveSet {
         self.drives[axis as usize] = Some(drive);
     }
 
-    /// Every axis that has a drive.
+    /// All axes that have a drive.
     pub fn iter(&self) -> impl Iterator<Item = (AxisLetter, &Drive)> {
         AxisLetter::ALL.into_iter().filter_map(|axis| self.get(axis).map(|drive| (axis, drive)))
     }
 
-    /// How long the slowest of these axes takes to come to rest \[s\].
+    /// Time that the slowest of these axes needs to come to rest \[s\].
     #[must_use]
     pub fn settling_s(&self, axes: &[AxisLetter]) -> f64 {
         axes.iter().filter_map(|axis| self.get(*axis)).map(settling_s).fold(0.0, f64::max)
@@ -56,7 +56,7 @@ impl DriveSet {
     /// The axis at rest at `start` (mm, or rad), to be stepped with this period.
     ///
     /// # Errors
-    /// No drive, or one that is unstable or too stiff for the period.
+    /// The drive is missing, unstable or too stiff for the period.
     pub fn servo(&self, axis: AxisLetter, period_s: f64, start: f64) -> Result<AxisServo, ServoFault> {
         let drive = self.get(axis).ok_or(ServoFault::NoDrive { axis })?;
         stable_poles(drive).map_err(|fault| ServoFault::Unstable { axis, fault })?;
@@ -64,7 +64,7 @@ impl DriveSet {
     }
 }
 
-/// What became of one axis.
+/// The result for one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisOutcome {
     /// Which axis.
@@ -73,7 +73,7 @@ pub struct AxisOutcome {
     pub following: FollowingErrorSummary,
 }
 
-/// What became of a path.
+/// The result for a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
     /// The axes that moved.
@@ -84,28 +84,28 @@ pub struct Simulation {
     pub oval: Option<Oval>,
     /// Samples of the run.
     pub samples: u64,
-    /// When the judged part begins \[s\].
+    /// Start of the judged part \[s\].
     pub judged_from_s: f64,
-    /// The whole run in a bounded number of points; empty unless asked for.
+    /// The whole run in a limited number of points; empty unless asked for.
     pub trace: Vec<TracePoint>,
 }
 
-/// What a simulation is asked for besides its sums.
+/// The detail of a simulation's result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detail {
     /// Sums only.
     Summary,
-    /// The trace too.
+    /// The trace as well.
     Trace,
 }
 
-/// Samples between two looks at the stop signal, a multiple of a block.
+/// Samples between two checks of the stop signal, a multiple of a block.
 const CHUNK: usize = 4096;
 
 /// Runs two drives along a circle and judges the radius: ΔR = √((xa − x0)² + ya²) − r, positive outside (P2 eq. (8)).
 ///
 /// # Errors
-/// A drive that is missing, unstable or too stiff; stopped.
+/// A drive is missing, unstable or too stiff; stopped by the caller.
 pub fn simulate_circle(
     command: &CircleCommand,
     drives: &DriveSet,
@@ -174,7 +174,7 @@ pub fn simulate_circle(
 /// Runs the drives of a machine along a path of its tool. `plane_normal` gives the contour error a sign.
 ///
 /// # Errors
-/// As [`simulate_circle`].
+/// As for [`simulate_circle`].
 pub fn simulate_tool_path(
     command: &ToolCommand,
     kinematics: &Kinematics,
@@ -187,7 +187,7 @@ pub fn simulate_tool_path(
     let mut run = ToolRun::new(&kinematics, *axes, drives, *period_s, plane_normal, *judged_from as u64);
     let mut piece = JointLanes::default();
     let moving = joints.len();
-    // From there on the command rests at its last sample.
+    // From here on the command rests at its last sample.
     let mut length = moving;
     let mut start = 0;
     while start < length {
@@ -262,7 +262,7 @@ impl SecondHarmonic {
         if self.first.is_none() {
             self.first = Some([phi_rad, error_mm]);
         } else {
-            // half a step on either side of each sample
+            // Half a step on either side of each sample.
             let half = 0.5 * (phi_rad - self.last[0]);
             let (last_sin, last_cos) = trig::sin_cos(2.0 * self.last[0]);
             self.cos += half * (error_mm * cos + self.last[1] * last_cos);
@@ -274,7 +274,7 @@ impl SecondHarmonic {
 
     fn oval(mut self) -> Option<Oval> {
         let [first_phi, first_error] = self.first?;
-        // the gap between the last sample and the first
+        // The gap between the last sample and the first.
         let end = first_phi + std::f64::consts::TAU;
         if end > self.last[0] {
             self.take(end, first_error);

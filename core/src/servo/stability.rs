@@ -1,4 +1,4 @@
-//! Poles, margins, bandwidth: whether a drive may run, and how near to trouble it is.
+//! Poles, margins and bandwidth: whether a drive may run, and how near it is to its limits.
 
 use nalgebra::linalg::{Schur, balancing};
 use nalgebra::{Complex, DMatrix};
@@ -8,22 +8,22 @@ use super::{Drive, Feedback, StateSpace};
 
 /// The closed loop has a pole in the right half plane or on its edge.
 #[derive(Debug, Clone, PartialEq, Error)]
-#[error("the loop is unstable: its slowest pole is {} {:+}i 1/s", worst.re, worst.im)]
+#[error("the loop is unstable: its right-most pole is {} {:+}i 1/s; lower the gains", worst.re, worst.im)]
 pub struct UnstableLoop {
-    /// Every pole \[1/s\], the right-most first.
+    /// All poles \[1/s\], the right-most first.
     pub poles_per_s: Vec<Complex<f64>>,
-    /// The right-most.
+    /// The right-most pole.
     pub worst: Complex<f64>,
 }
 
-/// What stands between a position loop and its limits; `None` where there is no such crossing.
+/// The margins of a position loop; `None` if there is no such crossing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stability {
     /// Poles of the closed loop \[1/s\], the right-most first.
     pub poles_per_s: Vec<Complex<f64>>,
-    /// By how much Kpp may be multiplied before the loop swings.
+    /// Factor by which Kpp may be multiplied before the loop oscillates.
     pub gain_margin: Option<f64>,
-    /// Phase left where the open loop's gain is 1 \[rad\].
+    /// Phase margin where the open loop's gain is 1 \[rad\].
     pub phase_margin_rad: Option<f64>,
     /// Lowest frequency at which the closed loop's gain falls below 1/√2 \[Hz\].
     pub bandwidth_hz: Option<f64>,
@@ -31,16 +31,16 @@ pub struct Stability {
     pub resonance_peak: f64,
 }
 
-/// A real part above this share of the largest pole's size is not told from zero.
+/// A real part within this share of the largest pole's size counts as zero.
 const EDGE: f64 = 1e-13;
-/// Rounds of the QR iteration; a handful do for six states.
+/// Most rounds of the QR iteration. A few are enough for six states.
 const MAX_ROUNDS: usize = 10_000;
-/// Frequencies per decade of the first look.
+/// Frequencies per decade in the first scan.
 const PER_DECADE: i32 = 60;
-/// Where the look begins and ends, relative to the slowest and fastest pole.
+/// Start and end of the scan, relative to the slowest and fastest pole.
 const BELOW: f64 = 1e-3;
 const ABOVE: f64 = 1e3;
-/// Halvings that bring a bracket of 4 % down to the last digit.
+/// Halvings that narrow an interval of 4 % to the last digit.
 const HALVINGS: u32 = 60;
 
 /// Poles of the closed loop \[1/s\], the right-most first.
@@ -52,7 +52,7 @@ pub fn poles(drive: &Drive) -> Vec<Complex<f64>> {
 }
 
 fn eigenvalues(matrix: DMatrix<f64>) -> Vec<Complex<f64>> {
-    // An iteration that does not end is answered like a pole at infinity: refused.
+    // An iteration that does not end is treated like a pole at infinity: refused.
     let mut poles = Schur::try_new(matrix, f64::EPSILON, MAX_ROUNDS).map_or_else(
         || vec![Complex::new(f64::INFINITY, 0.0)],
         |schur| schur.complex_eigenvalues().iter().copied().collect(),
@@ -61,7 +61,7 @@ fn eigenvalues(matrix: DMatrix<f64>) -> Vec<Complex<f64>> {
     poles
 }
 
-/// The poles, where every one decays.
+/// The poles, if all of them decay.
 ///
 /// # Errors
 /// A pole whose real part is not below zero.
@@ -76,25 +76,26 @@ pub fn stable_poles(drive: &Drive) -> Result<Vec<Complex<f64>>, UnstableLoop> {
     }
 }
 
-/// Time constants of the slowest pole in which an axis comes to rest: 0.7 % of that mode is left, and every overshoot
-/// has been seen.
+/// Number of time constants of the slowest pole until an axis is at rest: 0.7 % of that mode remains, and every
+/// overshoot has been seen.
 const SETTLING_TIME_CONSTANTS: f64 = 5.0;
-/// Longest time an axis is given to come to rest \[s\]: the loops of a machine tool take a tenth of it (0.6 s with the
-/// reference drive), and of a slower one the cost stays bounded.
+/// Longest settling time of an axis \[s\]. The loops of a machine tool need a tenth of it (0.6 s with the reference
+/// drive), and it limits the cost of slower ones.
 pub const MAX_SETTLING_S: f64 = 10.0;
 
-/// How long an axis takes to come to rest once its command has \[s\]; 0 for one that never does, which no run takes.
+/// Time that an axis needs to come to rest after its command \[s\]; 0 for an axis that never does, which no run
+/// accepts.
 #[must_use]
 pub fn settling_s(drive: &Drive) -> f64 {
     let slowest = stable_poles(drive).ok().and_then(|poles| poles.first().map(|pole| -pole.re));
     slowest.map_or(0.0, |per_s| (SETTLING_TIME_CONSTANTS / per_s).min(MAX_SETTLING_S))
 }
 
-/// Positions of motor and load for a unit of v* \[s\]: the speed loop and what hangs on it at complex frequency s,
-/// straight from the equations of `math.md` §3 (no matrices).
+/// Positions of motor and load for a unit of v* \[s\]: the speed loop and its load at complex frequency s, directly
+/// from the equations of `math.md` §3 (no matrices).
 fn speed_loop(drive: &Drive, s: Complex<f64>) -> [Complex<f64>; 2] {
     let to_load = transmission(drive, s);
-    // Torque on the motor per motor speed: C + J s, and J_l s G where two masses are modelled.
+    // Torque on the motor per motor speed: C + J s, and J_l s G if two masses are modelled.
     let load = drive.load_inertia_kg_m2.unwrap_or(0.0) * s * to_load;
     let impedance = s * drive.inertia_kg_m2 + drive.damping_nm_s_per_rad + load;
     let winding = s * drive.inductance_h + drive.resistance_ohm + drive.current_gain_v_per_a;
@@ -166,7 +167,7 @@ impl Stability {
             let (from, to) = (pair[0], pair[1]);
             let (a, b) = (open(from), open(to));
             resonance_peak = resonance_peak.max(closed(from));
-            // The locus crosses the negative real axis: Kpp could be larger by 1/|L|.
+            // The locus crosses the negative real axis: Kpp may be larger by the factor 1/|L|.
             if a.im.signum() != b.im.signum() && a.re.min(b.re) < 0.0 {
                 let at = open(bisect(from, to, |omega| open(omega).im));
                 if at.re < 0.0 && at.norm() < 1.0 {
@@ -189,8 +190,8 @@ impl Stability {
     }
 }
 
-/// Angular frequencies worth a look \[rad/s\]: evenly over the decades of the poles, and closely about each pole,
-/// where a narrow resonance hides.
+/// Angular frequencies to check \[rad/s\]: evenly over the decades of the poles, and closely about each pole, where
+/// a narrow resonance may be.
 fn frequencies(poles: &[Complex<f64>]) -> Vec<f64> {
     let sizes = poles.iter().map(|pole| pole.norm());
     let slowest = sizes.clone().fold(f64::INFINITY, f64::min) * BELOW;

@@ -16,20 +16,20 @@ const LOAD_SPEED: usize = 5;
 
 /// The closed loop of one axis from the command r to the position y, both in output units (mm, or rad).
 ///
-/// Feed-forward needs r′ and r″. They are no inputs of their own: with `x′ = A x + B0 r + B1 r′ + B2 r″` the states
-/// `z = x − B2 r′ − (B1 + A B2) r` obey `z′ = A z + (B0 + A B1 + A² B2) r`, and y = C x = C z, since neither B2
-/// (the current) nor B1 and A B2 (current, speeds, their integral) reach a position at once.
+/// Feed-forward needs r′ and r″. They are not separate inputs: with `x′ = A x + B0 r + B1 r′ + B2 r″` the states
+/// `z = x − B2 r′ − (B1 + A B2) r` obey `z′ = A z + (B0 + A B1 + A² B2) r`. Then y = C x = C z, because neither B2
+/// (the current) nor B1 and A B2 (current, speeds, their integral) change a position at once.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace {
     /// A.
     pub a: DMatrix<f64>,
     /// B.
     pub b: DVector<f64>,
-    /// Which state is the position y.
+    /// Index of the state that is the position y.
     pub output: usize,
-    /// `−(B1 + A B2)`: what a command that rests at 1 adds to z besides the positions.
+    /// `−(B1 + A B2)`: the part of z besides the positions for a command at rest at 1.
     rest_shift: DVector<f64>,
-    /// States in equilibrium under the load torque, less the positions.
+    /// States in equilibrium under the load torque, without the positions.
     loaded: DVector<f64>,
 }
 
@@ -73,14 +73,14 @@ impl StateSpace {
         if let Some(resonance) = drive.resonance {
             let omega_n = std::f64::consts::TAU * resonance.frequency_hz;
             let damping = 2.0 * resonance.damping_ratio * omega_n;
-            // y″ = ωn² (p − y) + 2ζωn (ρω − y′) for two masses; the filter damps its own speed alone.
+            // y″ = ωn² (p − y) + 2ζωn (ρω − y′) for two masses; the filter damps only its own speed.
             a[(LOAD, LOAD_SPEED)] = 1.0;
             a[(LOAD_SPEED, MOTOR)] = omega_n * omega_n;
             a[(LOAD_SPEED, LOAD)] = -omega_n * omega_n;
             a[(LOAD_SPEED, LOAD_SPEED)] = -damping;
             if let Some(load_inertia) = drive.load_inertia_kg_m2 {
                 a[(LOAD_SPEED, SPEED)] = damping * rho;
-                // T_s = J_l y″/ρ acts on the motor
+                // T_s = J_l y″/ρ acts on the motor.
                 for state in [SPEED, MOTOR, LOAD, LOAD_SPEED] {
                     a[(SPEED, state)] -= load_inertia / j * a[(LOAD_SPEED, state)] / rho;
                 }
@@ -111,8 +111,8 @@ impl StateSpace {
         self.b.len()
     }
 
-    /// z of an axis at rest at `position` (output units), the load torque not yet acting: the system is written
-    /// about the loaded equilibrium, so a torque that sets in at t = 0 is a start away from it.
+    /// z of an axis at rest at `position` (output units) before the load torque acts. The system is written about
+    /// the loaded equilibrium, so a torque that begins at t = 0 is a start away from equilibrium.
     #[must_use]
     pub fn at_rest(&self, position: f64) -> DVector<f64> {
         let mut state = &self.rest_shift * position - &self.loaded;

@@ -1,19 +1,20 @@
-//! What is kept of millions of samples: extremes, mean squares, the second harmonic, a trace that can be drawn.
+//! Summary values of millions of samples: extremes, mean squares, the second harmonic, and a trace that can be
+//! drawn.
 
 /// Following error of one axis, r − y, in output units (mm, or rad).
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FollowingErrorSummary {
-    /// Largest size.
+    /// Largest magnitude.
     pub max: f64,
-    /// Root of the mean square.
+    /// Root mean square.
     pub rms: f64,
-    /// What a ramp at the axis' largest commanded speed settles to: speed / Kv.
+    /// Steady value on a ramp at the axis' largest commanded speed: speed / Kv.
     pub steady_state: f64,
     /// Largest commanded speed [output units/s].
     pub max_speed_per_s: f64,
 }
 
-/// Gathers the following error of one axis.
+/// Collects the following error of one axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct FollowingErrorStatistics {
     max: f64,
@@ -37,7 +38,7 @@ impl FollowingErrorStatistics {
         self.count += commands.len() as u64;
     }
 
-    /// The commands go on from elsewhere: no step is counted across.
+    /// The commands continue from another position: this step is not counted.
     pub(super) fn lift(&mut self) {
         self.last_command = None;
     }
@@ -48,7 +49,7 @@ impl FollowingErrorStatistics {
         self.count > 0
     }
 
-    /// The summary; `kv_per_s` is Kv of the drive, `None` where a ramp leaves no error.
+    /// The summary. `kv_per_s` is Kv of the drive; `None` if a ramp leaves no error.
     #[must_use]
     pub(super) fn summary(&self, period_s: f64, kv_per_s: Option<f64>) -> FollowingErrorSummary {
         let max_speed_per_s = self.max_step / period_s;
@@ -64,26 +65,25 @@ impl FollowingErrorStatistics {
 /// Contour error over a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContourErrorSummary {
-    /// Smallest \[mm\]; signed where the error has a sign.
+    /// Smallest \[mm\]; signed if the error has a sign.
     pub min_mm: f64,
     /// Largest \[mm\].
     pub max_mm: f64,
-    /// Root of the mean square \[mm\].
+    /// Root mean square \[mm\].
     pub rms_mm: f64,
-    /// Largest size \[mm\].
+    /// Largest magnitude \[mm\].
     pub max_abs_mm: f64,
-    /// Largest angle between actual and commanded tool axis \[rad\]; `None` where no rotary axis takes part in the
-    /// pose.
+    /// Largest angle between actual and commanded tool axis \[rad\]; `None` if no rotary axis affects the pose.
     pub axis_max_rad: Option<f64>,
-    /// Root of the mean square of that angle \[rad\].
+    /// Root mean square of that angle \[rad\].
     pub axis_rms_rad: Option<f64>,
-    /// When the largest size occurs \[s\].
+    /// Time of the largest magnitude \[s\].
     pub worst_at_s: f64,
-    /// Line of the program where it occurs, 0 without a program.
+    /// Line of the program where it occurs; 0 without a program.
     pub worst_line: u64,
 }
 
-/// Gathers contour errors.
+/// Collects contour errors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ContourErrorStatistics {
     min_mm: f64,
@@ -123,7 +123,7 @@ impl ContourErrorStatistics {
         }
     }
 
-    /// The summary; zeros where nothing was taken.
+    /// The summary; zeros if no sample was taken.
     #[must_use]
     pub(super) fn summary(&self, has_axis: bool) -> ContourErrorSummary {
         let count = self.count.max(1) as f64;
@@ -155,9 +155,9 @@ pub struct Oval {
 pub struct TracePoint {
     /// Time from the start \[s\].
     pub time_s: f64,
-    /// Line of the program, 0 without one.
+    /// Line of the program; 0 without a program.
     pub line: u64,
-    /// φ of the command on a circle \[rad\], else 0.
+    /// φ of the command on a circle \[rad\], otherwise 0.
     pub phi_rad: f64,
     /// Contour error \[mm\].
     pub contour_mm: f64,
@@ -167,8 +167,8 @@ pub struct TracePoint {
     pub following: [f64; 5],
 }
 
-/// A run of any length in a bounded number of points: each stands for equally many samples and is the one among
-/// them with the largest contour error.
+/// A run of any length in a limited number of points. Each point covers the same number of samples, and is the one
+/// among them with the largest contour error.
 #[derive(Debug, Clone)]
 pub struct Trace {
     points: Vec<TracePoint>,
@@ -215,7 +215,7 @@ impl Trace {
 
     fn halve(&mut self) {
         let pairs = self.points.len().div_ceil(2);
-        // An odd point at the end is half full.
+        // An odd point at the end is only half full.
         self.in_last = if self.points.len().is_multiple_of(2) { 2 * self.stride } else { self.in_last };
         for k in 0..pairs {
             let mut kept = self.points[2 * k];

@@ -8,14 +8,14 @@ use crate::kinematics::InstructionSet;
 
 /// Samples in a block.
 const BLOCK: usize = 8;
-/// Commands a block depends on: those of its samples and the one before.
+/// Number of commands on which a block depends: those of its samples and the one before.
 const COMMANDS: usize = BLOCK + 1;
-/// Lanes of a rigid axis: eight positions, four states; of one with a resonance: eight and six, two empty.
+/// Lanes of a rigid axis: eight positions and four states. With a resonance: eight and six, and two are empty.
 const RIGID: usize = 12;
 const RESONANT: usize = 16;
 
-/// An axis under way: `y[8] = O z + T r`, `z⁺ = Φ⁸ z + G r`, one column for each state and each command, so that
-/// every instruction works on many lanes. Same numbers, whatever the instruction set.
+/// A moving axis: `y[8] = O z + T r`, `z⁺ = Φ⁸ z + G r`, one column for each state and each command, so that
+/// every instruction works on many lanes. The numbers are the same with every instruction set.
 #[derive(Debug, Clone)]
 pub struct AxisServo {
     lanes: Lanes,
@@ -64,14 +64,14 @@ impl AxisServo {
         Ok(Self { lanes, command: start, instructions: InstructionSet::Fastest })
     }
 
-    /// The same axis, stepped with these instructions at most.
+    /// The same axis, without instructions wider than these.
     #[must_use]
     pub fn with_instructions(self, instructions: InstructionSet) -> Self {
         Self { instructions, ..self }
     }
 
-    /// Follows the next samples of the command and writes the positions at the same times. A run may be cut into
-    /// calls anywhere but gives the same bits only when cut at multiples of eight.
+    /// Follows the next samples of the command and writes the positions at the same times. A run may be split
+    /// into calls anywhere, but it gives the same bits only if split at multiples of eight.
     pub fn follow(&mut self, commands: &[f64], positions: &mut Vec<f64>) {
         positions.clear();
         positions.reserve(commands.len() + BLOCK);
@@ -87,8 +87,8 @@ impl<const STATES: usize, const LANES: usize> Block<STATES, LANES> {
     fn new(step: &Step, state: &DVector<f64>) -> Self {
         let mut of_commands = [[0.0; LANES]; COMMANDS];
         let mut of_states = [[0.0; LANES]; STATES];
-        // What each state and each command has become after one step, two, … eight.
-        // Of fixed size, so that no product depends on the processor.
+        // The effect of each state and each command after one step, two, … eight. The size is fixed, so that no
+        // product depends on the processor.
         let transition =
             SMatrix::<f64, STATES, STATES>::from_fn(|row, column| step.transition[(row, column)]);
         let from_old = SVector::<f64, STATES>::from_fn(|row, _| step.from_old[row]);
@@ -138,7 +138,7 @@ impl<const STATES: usize, const LANES: usize> Block<STATES, LANES> {
         self.step_rest(before, rest, positions);
     }
 
-    /// Fewer samples than a block, one step each.
+    /// Processes fewer samples than a block, one step each.
     fn step_rest(&mut self, before: &mut f64, rest: &[f64], positions: &mut Vec<f64>) {
         for &command in rest {
             let mut after = [0.0; STATES];
@@ -186,7 +186,7 @@ fn step_loop<const STATES: usize, const LANES: usize>(
     let mut state = block.state;
     let mut old = *before;
     for chunk in commands {
-        // The commands first: they do not wait for the state.
+        // The commands come first: they do not wait for the state.
         let mut sum = block.of_commands[0].map(|share| share * old);
         for (column, &command) in block.of_commands[1..].iter().zip(chunk) {
             add_scaled(&mut sum, column, command);

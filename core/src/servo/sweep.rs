@@ -10,12 +10,12 @@ use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 
-/// A path with what is needed to run it.
+/// A path with everything needed to run it.
 #[derive(Debug, Clone, Copy)]
 pub enum ServoPath<'a> {
-    /// Two axes make it by themselves.
+    /// Made by two axes alone.
     Circle(Circle),
-    /// The whole machine makes it.
+    /// Made by the whole machine.
     Tool {
         /// The machine.
         machine: &'a Machine,
@@ -31,9 +31,9 @@ pub enum ServoPath<'a> {
 /// A path sampled at one feed, to be run with many drives.
 #[derive(Debug, Clone)]
 pub enum SampledPath<'a> {
-    /// Of two axes.
+    /// For two axes.
     Circle(CircleCommand),
-    /// Of the whole machine.
+    /// For the whole machine.
     Tool {
         /// The commands.
         command: ToolCommand,
@@ -45,7 +45,7 @@ pub enum SampledPath<'a> {
 }
 
 impl<'a> ServoPath<'a> {
-    /// How long a run is, whatever its feed: with [`Run::samples`] for estimates before the work starts.
+    /// The extent of a run at any feed; with [`Run::samples`] for estimates before the work starts.
     #[must_use]
     pub fn extent(&self, run: &Run) -> PathExtent {
         match self {
@@ -54,13 +54,13 @@ impl<'a> ServoPath<'a> {
         }
     }
 
-    /// Whether the path ends elsewhere than it starts, so that the tool has to arrive.
+    /// Whether the path does not end at its start, so that the tool has to come to rest there.
     #[must_use]
     pub fn is_open(&self) -> bool {
         matches!(self, Self::Tool { path, .. } if !path.is_closed())
     }
 
-    /// How many samples more these drives take to come to rest at the end of an open path, at most.
+    /// Largest number of further samples that these drives need to come to rest at the end of an open path.
     #[must_use]
     pub fn settling_samples(&self, run: &Run, drives: &DriveSet) -> f64 {
         match self {
@@ -74,7 +74,7 @@ impl<'a> ServoPath<'a> {
     /// Samples the path.
     ///
     /// # Errors
-    /// Those of [`CircleCommand::new`] and [`ToolCommand::new`].
+    /// As for [`CircleCommand::new`] and [`ToolCommand::new`].
     pub fn sample(
         &self,
         run: &Run,
@@ -94,7 +94,7 @@ impl SampledPath<'_> {
     /// Runs these drives along the path.
     ///
     /// # Errors
-    /// Those of [`simulate_circle`].
+    /// As for [`simulate_circle`].
     pub fn simulate(
         &self,
         drives: &DriveSet,
@@ -113,7 +113,7 @@ impl SampledPath<'_> {
 /// Runs drives along a path.
 ///
 /// # Errors
-/// Those of [`ServoPath::sample`] and [`simulate_circle`].
+/// As for [`ServoPath::sample`] and [`simulate_circle`].
 pub fn simulate(
     path: &ServoPath<'_>,
     run: &Run,
@@ -124,11 +124,12 @@ pub fn simulate(
     path.sample(run, stop)?.simulate(drives, detail, stop)
 }
 
-/// Runs every set of drives along the path at one feed: one column of a sweep. Columns are independent of each
+/// Runs all sets of drives along the path at one feed: one column of a sweep. Columns are independent of each
 /// other, so they may run side by side.
 ///
 /// # Errors
-/// The path cannot be sampled, or stopped. A set of drives that cannot be run gives its fault in its place.
+/// The path cannot be sampled, or the caller stopped. A set of drives that cannot be run has its fault as its
+/// result.
 pub fn sweep_at_feed(
     path: &ServoPath<'_>,
     run: &Run,

@@ -1,4 +1,4 @@
-//! A path of the tool as the drives of a machine are told it.
+//! A path of the tool as commands to the drives of a machine.
 
 use std::ops::ControlFlow;
 
@@ -18,17 +18,17 @@ pub struct ToolCommand {
     pub period_s: f64,
     /// Linear words \[mm\] and kinematic angles \[rad\], one lane for each sample.
     pub joints: JointLanes,
-    /// First sample that is judged.
+    /// First judged sample.
     pub judged_from: usize,
-    /// Whether the tool is followed until it has arrived: at the end of an open path.
+    /// Whether the tool is followed until it comes to rest: at the end of an open path.
     pub comes_to_rest: bool,
 }
 
-/// A rotary axis that turns further than this in a sample has no drive that could follow \[rad\].
+/// Largest turn of a rotary axis in one sample \[rad\]. No drive could follow a larger one.
 const JUMP_RAD: f64 = 0.5;
 
 impl ToolCommand {
-    /// Samples a path of the tool, through the machine's kinematics (poses to joints by the cheapest way).
+    /// Samples a path of the tool through the machine's kinematics (poses to joints by the cheapest path).
     ///
     /// # Errors
     /// Too many samples, out of reach or travel, a rotary axis that would have to jump.
@@ -58,7 +58,7 @@ impl ToolCommand {
         let judged_from = if laps > 1 { distances.partition_point(|done| *done < at - lap) } else { 0 };
         let comes_to_rest = !path.is_closed();
         if comes_to_rest && distances.last().is_some_and(|last| *last < at) {
-            // The path ends between two samples: its end is the next.
+            // The path ends between two samples: its end becomes the next sample.
             distances.push(at);
         }
         let waypoints = Waypoints { path, ends: &ends, stretches: once.len() };
@@ -81,7 +81,7 @@ pub fn letters_of(machine: &Machine) -> [AxisLetter; 5] {
     [X, Y, Z, first, second]
 }
 
-/// A path with the distances at which its stretches end, laps counted on.
+/// A path with the distances at which its stretches end, continued over all laps.
 struct Waypoints<'a> {
     path: &'a ToolPath,
     ends: &'a [f64],

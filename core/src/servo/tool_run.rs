@@ -12,20 +12,20 @@ use super::{AxisLetter, AxisServo, DriveSet, FootTracker, LOOK_AHEAD, ServoFault
 use crate::geometry::Vec3;
 use crate::kinematics::{JointLanes, Kinematics, PoseLanes, ToolPose};
 
-/// What became of the tool and its five axes.
+/// The result for the tool and its five axes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ToolOutcome {
-    /// Following error of each axis, in the order of the run; `None`: the axis never moved.
+    /// Following error of each axis, in the order of the run; `None` if the axis never moved.
     pub following: [Option<FollowingErrorSummary>; 5],
     /// Contour error.
     pub contour: ContourErrorSummary,
     /// Samples in all.
     pub samples: u64,
-    /// The run in a bounded number of points.
+    /// The run in a limited number of points.
     pub trace: Vec<TracePoint>,
 }
 
-/// A run of the whole machine, in pieces of any number.
+/// A run of the whole machine, in any number of parts.
 ///
 /// Sample k is judged once the command is known up to k + [`LOOK_AHEAD`]. Memory does not grow with the run.
 #[derive(Debug)]
@@ -38,24 +38,24 @@ pub struct ToolRun<'a> {
     servos: [Servo; 5],
     tracker: FootTracker,
     longest_lag: usize,
-    /// Since when the tool has been too far behind for its foot to be found \[s\]; only where the search is shorter
-    /// than the lag can be.
+    /// Time since which the tool has been too far behind for its foot to be found \[s\]; only if the search is
+    /// shorter than the lag can be.
     lost_at_s: Option<f64>,
     is_search_cut: bool,
-    /// Actual poses that wait for the command to go on.
+    /// Actual poses that wait for the command to continue.
     waiting: VecDeque<Waiting>,
-    /// Sample of this stretch that is judged next, and how many were commanded.
+    /// The next sample of this stretch to be judged, and the number of samples commanded.
     next: usize,
     commanded: usize,
     /// Samples of the whole run.
     samples: u64,
     judged_from: u64,
-    /// Where the axes were told to be last.
+    /// Last commanded positions of the axes.
     last: [Option<f64>; 5],
     following: [FollowingErrorStatistics; 5],
     contour: ContourErrorStatistics,
     trace: Trace,
-    /// Largest contour error of lines one after the other \[mm\], until they are taken; none kept unless asked for.
+    /// Largest contour error of consecutive lines \[mm\], until they are taken; `None` unless asked for.
     line_peaks: Option<Vec<(u64, f64)>>,
     commanded_poses: PoseLanes,
     actual: JointLanes,
@@ -64,13 +64,13 @@ pub struct ToolRun<'a> {
 
 /// An axis is behind its command by 1/Kpp, and never by ten times that.
 const LAG_TIMES: f64 = 10.0;
-/// Bounds of the search for the foot \[samples\]: the upper one bounds its cost.
+/// Bounds of the search for the foot \[samples\]. The upper one limits its cost.
 const SHORTEST_LAG: f64 = 64.0;
 const LONGEST_LAG: f64 = 20_000.0;
 
 #[derive(Debug)]
 enum Servo {
-    /// Has not moved yet: stands where it is told to.
+    /// Has not moved yet: it is at its commanded position.
     Resting,
     /// Follows its commands.
     Moving(Box<AxisServo>),
@@ -84,13 +84,13 @@ struct Waiting {
 }
 
 impl<'a> ToolRun<'a> {
-    /// Goes on with the machine set up in this way; the axes are at rest then.
+    /// Continues with the machine in this set-up. The axes are at rest at this moment.
     pub fn set_up(&mut self, kinematics: &Arc<Kinematics>) {
         self.kinematics = Arc::clone(kinematics);
     }
 
-    /// A run that has not begun. `axes`: X, Y, Z and the rotary axes in the profile's order; contour errors get a
-    /// sign from `plane_normal`; samples before `judged_from` count in no summary.
+    /// A run before its start. `axes`: X, Y, Z and the rotary axes in the profile's order. `plane_normal` gives
+    /// contour errors a sign. Samples before `judged_from` count in no summary.
     #[must_use]
     pub fn new(
         kinematics: &Arc<Kinematics>,
@@ -134,11 +134,11 @@ impl<'a> ToolRun<'a> {
         }
     }
 
-    /// Follows the next samples; `lines` are those of the program, empty without one.
+    /// Follows the next samples. `lines` are those of the program; empty without a program.
     ///
     /// # Errors
-    /// An axis begins to move that has no drive, or one that is unstable or too stiff; the tool is further behind than
-    /// it is looked for.
+    /// An axis begins to move whose drive is missing, unstable or too stiff; the tool is farther behind than the
+    /// search for it.
     pub fn follow(&mut self, commands: &JointLanes, lines: &[u64]) -> Result<(), ServoFault> {
         let lanes = lanes(commands);
         let actual = lanes_mut(&mut self.actual);
@@ -178,8 +178,8 @@ impl<'a> ToolRun<'a> {
         self.check_foot()
     }
 
-    /// The largest contour errors \[mm\] of the lines judged since the last call, in their order; from the first call on
-    /// they are kept. A line may come again at the start of the next call's.
+    /// The largest contour errors \[mm\] of the lines judged since the last call, in order. They are kept from the
+    /// first call on. The same line may come again at the start of the next call's result.
     pub fn take_line_peaks(&mut self) -> Vec<(u64, f64)> {
         self.line_peaks.replace(Vec::new()).unwrap_or_default()
     }
@@ -191,8 +191,8 @@ impl<'a> ToolRun<'a> {
         }
     }
 
-    /// How many samples more the tool is worth following once its command has come to rest: until the slowest axis
-    /// that has moved is at rest too, so that the tool arrives and overshoot is seen.
+    /// Number of further samples after the command came to rest until the slowest moved axis is at rest too. The
+    /// tool then arrives, and overshoot is seen.
     #[must_use]
     pub fn settling_samples(&self) -> usize {
         let moving = |slot: &usize| matches!(self.servos[*slot], Servo::Moving(_));
@@ -200,7 +200,7 @@ impl<'a> ToolRun<'a> {
         samples_in(self.drives.settling_s(&axes), self.period_s)
     }
 
-    /// The command leaves the path here: what follows starts from rest, elsewhere.
+    /// The command leaves the path here: the next samples start from rest, at another position.
     pub fn lift(&mut self) {
         self.judge(0);
         self.tracker = FootTracker::new(self.plane_normal, self.longest_lag);
@@ -212,10 +212,10 @@ impl<'a> ToolRun<'a> {
         }
     }
 
-    /// Everything judged.
+    /// The result of all samples.
     ///
     /// # Errors
-    /// The tool was further behind its command than it is looked for.
+    /// The tool was farther behind its command than the search for it.
     pub fn finish(mut self) -> Result<ToolOutcome, ServoFault> {
         self.judge(0);
         self.check_foot()?;
@@ -239,7 +239,7 @@ impl<'a> ToolRun<'a> {
             && let Some(Waiting { pose, line, following }) = self.waiting.pop_front()
         {
             let error = self.tracker.judge(&pose, self.next);
-            // Sample of the whole run: those waiting are its last.
+            // Sample of the whole run: the waiting samples are its last.
             let sample = self.samples - self.waiting.len() as u64 - 1;
             let time_s = sample as f64 * self.period_s;
             if self.tracker.is_lost() && self.is_search_cut {

@@ -1,4 +1,4 @@
-//! Work on a mesh asks again and again whether it shall go on.
+//! Long work on a mesh asks at intervals whether to continue.
 
 use std::ops::ControlFlow;
 
@@ -27,7 +27,7 @@ impl<'s> Asking<'s> {
     /// Counts `steps` steps.
     ///
     /// # Errors
-    /// Nobody waits any more.
+    /// The caller no longer waits.
     #[inline]
     pub(super) fn after(&mut self, steps: usize) -> Result<(), MeshFault> {
         self.unasked += steps;
@@ -42,7 +42,7 @@ impl<'s> Asking<'s> {
 /// Sorts by keys that all differ.
 ///
 /// # Errors
-/// Nobody waits any more.
+/// The caller no longer waits.
 pub(super) fn sort_by_unique_key<T: Copy, K: Ord>(
     items: &mut Vec<T>,
     key: impl Fn(&T) -> K,
@@ -57,7 +57,7 @@ pub(super) fn sort_by_unique_key<T: Copy, K: Ord>(
         some.sort_unstable_by_key(&key);
         asking.after(some.len())?;
     }
-    // pairs of sorted stretches become one, until there is one
+    // Pairs of sorted stretches are merged until one is left.
     let mut length = SORTED_AT_ONCE;
     let mut merged = Vec::with_capacity(items.len());
     while length < items.len() {
@@ -82,10 +82,10 @@ pub(super) fn sort_by_unique_key<T: Copy, K: Ord>(
     Ok(())
 }
 
-/// Brings the items with the least keys into the first `count` places; keys all differ.
+/// Moves the items with the smallest keys into the first `count` places. All keys differ.
 ///
 /// # Errors
-/// Nobody waits any more.
+/// The caller no longer waits.
 pub(super) fn divide_at<T: Copy>(
     items: &mut [T],
     count: usize,
@@ -99,7 +99,7 @@ pub(super) fn divide_at<T: Copy>(
         }
         return Ok(());
     }
-    // the key of the first item of the second part, 16 bits at a time
+    // The key of the first item of the second part, 16 bits at a time.
     let (mut known, mut below) = (0_u64, count);
     let mut counts = vec![0_usize; 1 << DIGIT_BITS];
     for shift in [48, 32, 16, 0] {
@@ -107,7 +107,7 @@ pub(super) fn divide_at<T: Copy>(
         for some in items.chunks(ASK_EVERY) {
             for item in some {
                 let key = key(item);
-                // the bits above this digit, none for the first
+                // The bits above this digit; there are none for the first.
                 let above = key.checked_shr(shift + DIGIT_BITS).unwrap_or(0);
                 if above == known {
                     #[expect(clippy::cast_possible_truncation, reason = "16 bits")]

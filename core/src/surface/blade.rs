@@ -11,7 +11,7 @@ use crate::geometry::{Vec3, trig};
 pub struct BladeSizes {
     /// Length of the camber line between the centres of both edges \[mm\].
     pub camber_length_mm: f64,
-    /// By how much the camber line, an arc, turns from the leading to the trailing edge \[rad\].
+    /// Turn of the camber line, an arc, from the leading to the trailing edge \[rad\].
     pub camber_rad: f64,
     /// Largest thickness \[mm\].
     pub thickness_mm: f64,
@@ -21,7 +21,7 @@ pub struct BladeSizes {
     pub trailing_radius_mm: f64,
     /// Height along the span \[mm\].
     pub span_mm: f64,
-    /// By how much the profile at the tip is turned against that at the root \[rad\].
+    /// Turn of the profile at the tip against that at the root \[rad\].
     pub twist_rad: f64,
 }
 
@@ -39,13 +39,13 @@ impl Default for BladeSizes {
     }
 }
 
-/// A blade that stands on the root plane along +Z: one closed profile, turned evenly over the span about the middle of
-/// its camber line.
+/// A blade on the root plane along +Z: one closed profile, turned evenly over the span about the middle of its
+/// camber line.
 ///
-/// u runs once around the profile in [0, 1], counter-clockwise seen from +Z: convex side of the camber line's left,
-/// leading edge, other side, trailing edge. v is the height over the root \[mm\]. The profile is the envelope of
-/// circles along the camber line, closed by circles at the edges; its normals are continuous all around, its curvature
-/// is but for the four places where the edges begin.
+/// u runs once around the profile in [0, 1], counter-clockwise as seen from +Z: the convex side on the camber
+/// line's left, the leading edge, the other side, the trailing edge. v is the height over the root \[mm\]. The
+/// profile is the envelope of circles along the camber line, closed by circles at the edges. Its normals are
+/// continuous all around. Its curvature is continuous except at the four points where the edges begin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blade {
     root_mm: Vec3,
@@ -53,16 +53,17 @@ pub struct Blade {
     profile: BladeProfile,
 }
 
-/// Steepest growth of half the thickness along the camber line that is still a profile: 45° of wedge on each side.
+/// Largest growth of half the thickness along the camber line for a valid profile: 45° of wedge on each side.
 const MAX_SLOPE: f64 = 0.7;
 const MAX_ANGLE_RAD: f64 = std::f64::consts::FRAC_PI_2;
 
 impl Blade {
-    /// A blade on the root plane through `root_mm`, where the middle of the camber line stands.
+    /// A blade on the root plane through `root_mm`, the middle of its camber line.
     ///
     /// # Errors
-    /// Every length not in [0.001, 10 000] mm, camber or twist beyond ±90°, an edge thicker than the blade, a profile
-    /// steeper than 0.7, a camber line that folds the hollow side; all at once as far as they can be told.
+    /// Lengths not in [0.001, 10 000] mm, camber or twist beyond ±90°, an edge thicker than the blade, a profile
+    /// steeper than 0.7, a camber line that folds the hollow side. All faults are reported together, as far as they
+    /// can be found.
     pub fn new(root_mm: Vec3, sizes: BladeSizes) -> Result<Self, Vec<SurfaceFault>> {
         let mut check = SizeCheck::default();
         check.place(root_mm);
@@ -88,7 +89,7 @@ impl Blade {
             if slope > MAX_SLOPE {
                 check.push(SurfaceFault::TooSteep { slope, max_slope: MAX_SLOPE });
             }
-            // the way over the hollow side is at least √(1 − ρ′²) − ρ κ
+            // The distance over the hollow side is at least √(1 − ρ′²) − ρ κ.
             let camber_radius_mm = sizes.camber_length_mm / sizes.camber_rad.abs();
             let min_mm = half_mm / (1.0 - slope * slope).max(0.0).sqrt();
             if slope <= MAX_SLOPE && camber_radius_mm <= min_mm {

@@ -1,13 +1,13 @@
 //! The closed profile of a blade: the envelope of circles along a camber line.
 //!
-//! The camber line is an arc of length L and curvature κ. The circle at the way s has the radius ρ(s), a parabola with
-//! its given values at both ends and its given maximum between. With T, N along and across the camber line, the
-//! envelope is `C + ρ n`, `n = −ρ′ T ± √(1 − ρ′²) N`, and n is its exact normal. The circles at the ends close it
-//! through the same normals, so that the whole loop is G1.
+//! The camber line is an arc of length L and curvature κ. The circle at the distance s has the radius ρ(s), a
+//! parabola with given values at both ends and a given maximum between. With T, N along and across the camber line,
+//! the envelope is `C + ρ n`, `n = −ρ′ T ± √(1 − ρ′²) N`, and n is its exact normal. The circles at the ends close
+//! it through the same normals, so that the whole loop is G1.
 
 use crate::geometry::{Vec3, trig};
 
-/// A closed profile in the plane z = 0, counter-clockwise, the part inside.
+/// A closed profile in the plane z = 0, counter-clockwise, with the part inside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BladeProfile {
     length_mm: f64,
@@ -32,7 +32,7 @@ pub(super) struct ProfilePoint {
 }
 
 impl BladeProfile {
-    /// The profile; `slope` below tells whether it is one.
+    /// The profile. [`Self::steepest`] tells whether it is valid.
     pub(super) fn new(length_mm: f64, camber_rad: f64, half_thickness_mm: f64, edges_mm: [f64; 2]) -> Self {
         let [first, last] = edges_mm;
         // ρ = (1−t)ρ₀ + tρ₁ + 4bt(1−t) has its maximum ρm for b = (√(ρm−ρ₀) + √(ρm−ρ₁))²/4, t = s/L
@@ -58,25 +58,25 @@ impl BladeProfile {
         profile
     }
 
-    /// Largest |ρ′|; a profile needs it below 1.
+    /// Largest |ρ′|. A valid profile needs it below 1.
     pub(super) fn steepest(&self) -> f64 {
         self.radius_at(0.0)[1].abs().max(self.radius_at(self.length_mm)[1].abs())
     }
 
-    /// The parameters where the pieces meet; the loop closes at 1.
+    /// The parameters at which the pieces meet. The loop closes at 1.
     #[cfg(test)]
     pub(super) fn joints(&self) -> [f64; 3] {
         let [a, b, c, _] = self.shares;
         [a, a + b, a + b + c]
     }
 
-    /// ρ, ρ′ and ρ″ at the way s.
+    /// ρ, ρ′ and ρ″ at the distance s.
     fn radius_at(&self, s: f64) -> [f64; 3] {
         let [radius, slope, bend] = self.radius;
         [radius + s * (slope + 0.5 * bend * s), slope + bend * s, bend]
     }
 
-    /// The camber line at the way s: its point, its angle.
+    /// The camber line at the distance s: its point and its angle.
     fn camber_at(&self, s: f64) -> (Vec3, f64) {
         let way = s - 0.5 * self.length_mm;
         let angle = self.camber_per_mm * way;
@@ -105,18 +105,19 @@ impl BladeProfile {
         }
     }
 
-    /// A side (+1 left of the camber line, −1 right of it) at the way s, which grows by `rate` with the parameter.
+    /// A side (+1 left of the camber line, −1 right of it) at the distance s, which grows by `rate` with the
+    /// parameter.
     fn side(&self, side: f64, s: f64, rate: f64) -> ProfilePoint {
         let [radius, slope, bend] = self.radius_at(s);
         let (centre, angle) = self.camber_at(s);
-        // θ between camber line and normal: cos θ = −ρ′
+        // θ between camber line and normal: cos θ = −ρ′.
         let (cos, sin) = (-slope, ((1.0 - slope) * (1.0 + slope)).sqrt());
         let (turn, turn_rate) = (bend / sin, -bend * cos * (bend / sin) / (sin * sin));
         let (tangent_sin, tangent_cos) = trig::sin_cos(angle);
         let tangent = Vec3::new(tangent_cos, tangent_sin, 0.0);
         let normal = tangent * cos + quarter(tangent) * (side * sin);
         let along = quarter(normal);
-        // ω: how fast the normal turns; the way over the side is −side · speed · along
+        // ω: turn rate of the normal. The distance along the side is −side · speed · along.
         let omega = self.camber_per_mm + side * turn;
         let speed = sin - side * radius * omega;
         let speed_rate = cos * turn - side * slope * omega - radius * turn_rate;

@@ -21,8 +21,8 @@ impl Cylinder {
     /// A patch ±`half_angle_rad` about the top (or bottom) line, `length_mm` long along Y about `centre_mm`.
     ///
     /// # Errors
-    /// A radius or length not in [0.001, 10 000] mm, a half angle not in [0.001, π], a place farther than 100 m; all
-    /// of them.
+    /// A radius or length not in [0.001, 10 000] mm, a half angle not in [0.001, π], a position farther than 100 m.
+    /// All faults are reported.
     pub fn new(
         centre_mm: Vec3,
         radius_mm: f64,

@@ -1,11 +1,11 @@
-//! Why an analytic surface makes no sense.
+//! Why an analytic surface is not valid.
 
 use thiserror::Error;
 
-/// Which size of a surface a fault is about.
+/// The quantity of a surface that has a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SurfaceQuantity {
-    /// Where the surface stands.
+    /// The position of the surface.
     Position,
     /// Length along the first parameter.
     Length,
@@ -35,13 +35,13 @@ pub enum SurfaceQuantity {
     Twist,
 }
 
-/// Why an analytic surface makes no sense; every bound is in the message.
+/// Why an analytic surface is not valid. Every bound is in the message.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SurfaceFault {
-    /// A length that is not one of a real surface.
+    /// A length that is not plausible for a surface.
     #[error("{value_mm:e} mm is not between {min_mm:e} mm and {max_mm:e} mm")]
     Length {
-        /// Which size.
+        /// The quantity.
         quantity: SurfaceQuantity,
         /// Its value \[mm\].
         value_mm: f64,
@@ -50,10 +50,10 @@ pub enum SurfaceFault {
         /// Largest accepted \[mm\].
         max_mm: f64,
     },
-    /// An angle that is not one of this surface.
+    /// An angle outside the range of this surface.
     #[error("{} deg is not between {} deg and {} deg", value_rad.to_degrees(), min_rad.to_degrees(), max_rad.to_degrees())]
     Angle {
-        /// Which angle.
+        /// The angle.
         quantity: SurfaceQuantity,
         /// Its value \[rad\].
         value_rad: f64,
@@ -63,19 +63,19 @@ pub enum SurfaceFault {
         max_rad: f64,
     },
     /// A blade's edge thicker than the blade.
-    #[error("an edge of radius {radius_mm} mm is thicker than the blade: at most {max_mm} mm")]
+    #[error("an edge of radius {radius_mm} mm is thicker than the blade; it must be at most {max_mm} mm")]
     EdgeTooThick {
-        /// Which edge.
+        /// The edge.
         quantity: SurfaceQuantity,
         /// Its radius \[mm\].
         radius_mm: f64,
         /// Half the largest thickness \[mm\].
         max_mm: f64,
     },
-    /// A blade that grows thicker faster than any profile can: the radius changes by more than the way along the
-    /// camber line.
+    /// A blade whose thickness grows faster than any profile can: the radius changes by more than the distance
+    /// along the camber line.
     #[error(
-        "half the thickness changes by {slope} per unit of camber line: at most {max_slope}; lengthen it"
+        "half the thickness changes by {slope} per unit of camber line; the limit is {max_slope}. Make the camber line longer"
     )]
     TooSteep {
         /// Largest change of half the thickness, per length.
@@ -83,8 +83,10 @@ pub enum SurfaceFault {
         /// Largest accepted.
         max_slope: f64,
     },
-    /// A camber line so bent that the hollow side of the blade would fold.
-    #[error("a camber line of radius {camber_radius_mm} mm folds the hollow side: at least {min_mm} mm")]
+    /// The camber line is bent so much that the hollow side of the blade would fold.
+    #[error(
+        "a camber line of radius {camber_radius_mm} mm folds the hollow side; the radius must be at least {min_mm} mm"
+    )]
     CamberTooTight {
         /// Its radius \[mm\].
         camber_radius_mm: f64,
@@ -93,19 +95,19 @@ pub enum SurfaceFault {
     },
 }
 
-/// Lengths taken for real \[mm\].
+/// Accepted lengths \[mm\].
 pub(super) const LENGTHS_MM: [f64; 2] = [1e-3, 1e4];
-/// Coordinates taken for real \[mm\].
+/// Largest accepted coordinate \[mm\].
 const MAX_PLACE_MM: f64 = 1e5;
 
-/// Collects what is wrong with the sizes of one surface.
+/// Collects the faults of the sizes of one surface.
 #[derive(Debug, Default)]
 pub(super) struct SizeCheck {
     faults: Vec<SurfaceFault>,
 }
 
 impl SizeCheck {
-    /// A length must be one of a real surface.
+    /// Checks that a length is plausible.
     pub(super) fn length(&mut self, quantity: SurfaceQuantity, value_mm: f64) {
         let [min_mm, max_mm] = LENGTHS_MM;
         if !(min_mm..=max_mm).contains(&value_mm) {
@@ -113,14 +115,14 @@ impl SizeCheck {
         }
     }
 
-    /// An angle must lie in its range.
+    /// Checks that an angle is in its range.
     pub(super) fn angle(&mut self, quantity: SurfaceQuantity, value_rad: f64, [min_rad, max_rad]: [f64; 2]) {
         if !(min_rad..=max_rad).contains(&value_rad) {
             self.faults.push(SurfaceFault::Angle { quantity, value_rad, min_rad, max_rad });
         }
     }
 
-    /// A place must be within reach of a machine.
+    /// Checks that a position is within reach of a machine.
     pub(super) fn place(&mut self, place_mm: crate::geometry::Vec3) {
         for value_mm in place_mm.iter().copied() {
             if !(-MAX_PLACE_MM..=MAX_PLACE_MM).contains(&value_mm) {
@@ -131,17 +133,17 @@ impl SizeCheck {
         }
     }
 
-    /// Anything else.
+    /// Adds any other fault.
     pub(super) fn push(&mut self, fault: SurfaceFault) {
         self.faults.push(fault);
     }
 
-    /// Whether nothing is wrong so far.
+    /// Whether there is no fault so far.
     pub(super) fn is_clean(&self) -> bool {
         self.faults.is_empty()
     }
 
-    /// The surface, or all that is wrong with it.
+    /// The surface, or all its faults.
     pub(super) fn finish<S>(self, surface: S) -> Result<S, Vec<SurfaceFault>> {
         if self.faults.is_empty() { Ok(surface) } else { Err(self.faults) }
     }

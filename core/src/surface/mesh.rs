@@ -13,15 +13,15 @@ use super::weld::Weld;
 use super::{MAX_FACETS, MeshFault, MeshParameter, StlFault};
 use crate::geometry::Vec3;
 
-/// How a file becomes a mesh.
+/// Settings for making a mesh from a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshSettings {
     /// Millimetres in a unit of the file: 1, or 25.4 for inches.
     pub mm_per_unit: f64,
-    /// How far the facets may be from the surface they stand for \[mm\]. Across an edge where a smooth surface would
+    /// Largest distance between the facets and the true surface \[mm\]. If a smooth surface across an edge would
     /// have to be farther away, the part has a real edge, and normals are not smoothed.
     pub chordal_tolerance_mm: f64,
-    /// A file of more facets is refused; never more than [`MAX_FACETS`].
+    /// A file with more facets is refused; never more than [`MAX_FACETS`].
     pub max_facets: u64,
 }
 
@@ -31,19 +31,18 @@ impl Default for MeshSettings {
     }
 }
 
-/// What was found in a file.
+/// The facts found in a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshReport {
     /// Facets in the file.
     pub facets: u64,
     /// Facets of the mesh.
     pub triangles: u64,
-    /// Different corners of the file's facets that have an area.
+    /// Different corners of the facets with an area in the file.
     pub vertices: u64,
-    /// Facets dropped because they are thinner than single precision can tell: height below 2⁻²² of the largest
-    /// coordinate.
+    /// Facets dropped because they are too thin for single precision: height below 2⁻²² of the largest coordinate.
     pub degenerate_facets: u64,
-    /// Facets whose stated normal points against their winding; the winding counts.
+    /// Facets whose stated normal points against their winding. The winding is used.
     pub contradicting_normals: u64,
     /// Edges of one facet only: the rim of an open surface, or a gap.
     pub open_edges: u64,
@@ -53,15 +52,15 @@ pub struct MeshReport {
     pub sharp_edges: u64,
     /// Area \[mm²\].
     pub area_mm2: f64,
-    /// Volume enclosed \[mm³\], of a surface without open and non-manifold edges.
+    /// Enclosed volume \[mm³\] of a surface without open and non-manifold edges.
     pub volume_mm3: Option<f64>,
-    /// Least coordinates \[mm\].
+    /// Smallest coordinates \[mm\].
     pub least_mm: Vec3,
     /// Largest coordinates \[mm\].
     pub largest_mm: Vec3,
 }
 
-/// Triangles over welded vertices, with smoothed normals at their corners and boxes to find them by.
+/// Triangles over welded vertices, with smoothed normals at their corners, and boxes to find them.
 #[derive(Clone)]
 pub struct Mesh {
     pub(super) vertices_mm: Vec<Vec3>,
@@ -80,25 +79,25 @@ impl fmt::Debug for Mesh {
     }
 }
 
-/// Coordinates taken for real \[mm\].
+/// Largest accepted coordinate \[mm\].
 const MAX_COORDINATE_MM: f64 = 1e5;
-/// Single precision tells heights above this share of the largest coordinate.
+/// Single precision resolves heights above this share of the largest coordinate.
 const THIN: f64 = 1.0 / 4_194_304.0;
-/// Bytes of memory for each facet at the peak of reading: 3 corners of its own, as in a soup of facets; measured with
-/// a margin (`docs/performance.md`).
+/// Bytes of memory for each facet at the peak of reading, if each has 3 corners of its own; measured, with a margin
+/// (`docs/performance.md`).
 const PEAK_BYTES_PER_FACET: u64 = 300;
-/// Bytes of memory besides.
+/// Further bytes of memory.
 const PEAK_BYTES: u64 = 16 << 20;
 
 impl Mesh {
-    /// Reads an STL file, binary or text, from a stream, in its own order and memory bounded by the mesh itself.
+    /// Reads an STL file, binary or text, from a stream, in file order. Its memory is limited by the mesh itself.
     ///
-    /// Corners are welded where their coordinates are equal. Open surfaces are accepted and reported.
+    /// Corners with equal coordinates are welded. Open surfaces are accepted and reported.
     ///
     /// # Errors
-    /// No whole STL file, more than 2²⁴ − 1 facets, a coordinate not finite or beyond 100 m, no facet with an area,
-    /// neighbouring facets of contrary sense, a closed surface that faces inward; a parameter out of range
-    /// (`mm_per_unit` in [1e-6, 1e6], `chordal_tolerance_mm` in [1e-6, 10]); `stop` broke.
+    /// Not a complete STL file, more than 2²⁴ − 1 facets, a coordinate not finite or beyond 100 m, no facet with an
+    /// area, neighbouring facets of opposite orientation, a closed surface that faces inward; a parameter out of
+    /// range (`mm_per_unit` in [1e-6, 1e6], `chordal_tolerance_mm` in [1e-6, 10]); `stop` broke.
     pub fn read_stl(
         source: impl Read,
         settings: &MeshSettings,
@@ -144,10 +143,10 @@ impl Mesh {
         Self::from_gathered(gathered, weld, settings.chordal_tolerance_mm, &mut asking)
     }
 
-    /// A mesh of facets \[mm\], wound counter-clockwise seen from outside.
+    /// A mesh of facets \[mm\], wound counter-clockwise as seen from outside.
     ///
     /// # Errors
-    /// As [`Mesh::read_stl`], but for those of files.
+    /// As for [`Mesh::read_stl`], without those of files.
     pub fn from_facets(
         facets_mm: impl IntoIterator<Item = [Vec3; 3]>,
         chordal_tolerance_mm: f64,
@@ -234,19 +233,19 @@ impl Mesh {
         Ok(Self { vertices_mm, triangles, corners, normals, tree, report, chordal_tolerance_mm })
     }
 
-    /// Memory that reading so many facets takes at its peak \[bytes\], whatever they are.
+    /// Upper bound on the memory at the peak of reading this number of facets \[bytes\].
     #[must_use]
     pub fn memory_estimate_bytes(facets: u64) -> u64 {
         PEAK_BYTES.saturating_add(facets.saturating_mul(PEAK_BYTES_PER_FACET))
     }
 
-    /// What was found in the file.
+    /// The facts found in the file.
     #[must_use]
     pub fn report(&self) -> &MeshReport {
         &self.report
     }
 
-    /// How far the facets may be from the surface they stand for \[mm\].
+    /// Largest distance between the facets and the true surface \[mm\].
     #[must_use]
     pub fn chordal_tolerance_mm(&self) -> f64 {
         self.chordal_tolerance_mm
@@ -257,21 +256,21 @@ impl Mesh {
         &self.tree
     }
 
-    /// How many triangles there are.
+    /// Number of triangles.
     #[must_use]
     pub fn triangles(&self) -> usize {
         self.triangles.len()
     }
 
-    /// The corners of a triangle \[mm\], counter-clockwise seen from outside. They are numbered by place, not as in
-    /// the file; there is none beyond the last.
+    /// The corners of a triangle \[mm\], counter-clockwise as seen from outside. Triangles are numbered by
+    /// position, not as in the file; `None` beyond the last.
     #[must_use]
     pub fn corners_mm(&self, triangle: u32) -> Option<[Vec3; 3]> {
         self.triangles.get(triangle as usize).map(|triangle| corners_of(&self.vertices_mm, *triangle))
     }
 }
 
-/// A file that is asked about whenever more of it is read: one without facets is stopped too.
+/// A file that asks whether to stop whenever more of it is read, so that a file without facets is stopped too.
 struct Stoppable<'s, R> {
     source: R,
     stop: &'s dyn Fn() -> ControlFlow<()>,
@@ -310,7 +309,7 @@ impl MeshSettings {
     }
 }
 
-/// What has been read so far.
+/// The data read so far.
 #[derive(Debug, Default)]
 struct Gathered {
     triangles: Vec<[u32; 3]>,
@@ -335,7 +334,7 @@ impl Gathered {
             self.degenerate += 1;
             return Ok(());
         }
-        // a stated normal that is no number states nothing
+        // A stated normal that is not a number is ignored.
         if stated_normal.dot(&winding) < 0.0 {
             self.contradicting += 1;
         }

@@ -1,4 +1,4 @@
-//! Why a file gives no mesh.
+//! Why a file does not give a mesh.
 
 use std::fmt;
 
@@ -9,72 +9,76 @@ use crate::geometry::Vec3;
 /// Most facets of a mesh, 2²⁴ − 1.
 pub const MAX_FACETS: u32 = (1 << 24) - 1;
 
-/// Why a file is no STL file, or not a whole one.
+/// Why a file is not an STL file, or is not complete.
 #[derive(Debug, Error)]
 pub enum StlFault {
-    /// The bytes could not be had.
-    #[error("reading failed: {0}")]
+    /// The bytes cannot be read.
+    #[error("the file cannot be read: {0}")]
     Read(#[source] std::io::Error),
     /// Neither a binary header nor a text that begins with `solid`.
-    #[error("the file is neither a binary STL file nor a text that begins with solid")]
+    #[error("the file is neither a binary STL file nor a text that begins with solid; save the part as STL")]
     NotStl,
     /// Shorter than a binary header.
-    #[error("the file ends after {bytes} bytes, within the 84 bytes of its header")]
+    #[error(
+        "the file ends after {bytes} bytes, before the end of its 84-byte header; send the complete file"
+    )]
     TruncatedHeader {
-        /// Its bytes.
+        /// Length of the file.
         bytes: usize,
     },
-    /// Fewer facets than the header says.
-    #[error("the header states {stated} facets, the file ends after {facets}")]
+    /// Fewer facets than the header states.
+    #[error("the header states {stated} facets, but the file ends after {facets}; send the complete file")]
     Truncated {
         /// Facets stated.
         stated: u32,
-        /// Whole facets there.
+        /// Complete facets in the file.
         facets: u32,
     },
-    /// More bytes than the header says.
-    #[error("the header states {stated} facets, but the file goes on behind them")]
+    /// More bytes than the header states.
+    #[error(
+        "the header states {stated} facets, but the file continues after them; save the part as STL again"
+    )]
     TrailingBytes {
         /// Facets stated.
         stated: u32,
     },
     /// The text ends within a solid.
-    #[error("the text ends in line {line}, before its endsolid")]
+    #[error("the text ends in line {line}, before its endsolid; send the complete file")]
     TruncatedText {
         /// The last line.
         line: u64,
     },
-    /// Not the word that has to stand here.
+    /// Another word than the one expected here.
     #[error("line {line}: expected {expected}")]
     Syntax {
         /// The line.
         line: u64,
-        /// What should stand there.
+        /// The expected word.
         expected: &'static str,
     },
-    /// More facets than a mesh may have.
-    #[error("{facets} facets are too many: at most {max}")]
+    /// More facets than a mesh can have.
+    #[error("{facets} facets are too many; the limit is {max}. Save the part with a coarser tolerance")]
     TooManyFacets {
         /// Facets stated, or read so far.
         facets: u64,
-        /// Most accepted.
+        /// Largest number accepted.
         max: u64,
     },
 }
 
-/// Why a file gives no mesh.
+/// Why a file does not give a mesh.
 #[derive(Debug, Error)]
 pub enum MeshFault {
-    /// No whole STL file.
+    /// Not a complete STL file.
     #[error(transparent)]
     Stl(#[from] StlFault),
-    /// A number that cannot be.
+    /// A coordinate that is not plausible.
     #[error(
         "facet {facet}{}: coordinate {value_mm:e} mm is not between -{max_mm} mm and {max_mm} mm",
         in_line(*line)
     )]
     Coordinate {
-        /// Which facet, the first is 1.
+        /// The facet; the first is 1.
         facet: u64,
         /// Its line, in a text.
         line: Option<u64>,
@@ -83,27 +87,27 @@ pub enum MeshFault {
         /// The largest accepted \[mm\].
         max_mm: f64,
     },
-    /// Nothing is left.
-    #[error("there is no facet that has an area; {degenerate} have none")]
+    /// No facet is left.
+    #[error("no facet has an area; {degenerate} facets are degenerate")]
     NoFacets {
         /// Facets without an area.
         degenerate: u64,
     },
-    /// Neighbouring facets that disagree about which side is out.
+    /// Neighbouring facets disagree about the outside.
     #[error(
-        "{edges} edges join facets of contrary sense, the first from ({:.3}, {:.3}, {:.3}) to ({:.3}, {:.3}, {:.3}) mm",
+        "{edges} edges join facets of opposite orientation, the first from ({:.3}, {:.3}, {:.3}) to ({:.3}, {:.3}, {:.3}) mm",
         from_mm.x, from_mm.y, from_mm.z, to_mm.x, to_mm.y, to_mm.z
     )]
     ContraryEdges {
-        /// How many edges.
+        /// Number of edges.
         edges: u64,
-        /// The first one's ends \[mm\].
+        /// Start of the first edge \[mm\].
         from_mm: Vec3,
-        /// … to here \[mm\].
+        /// Its end \[mm\].
         to_mm: Vec3,
     },
     /// A closed surface whose facets all face inward.
-    #[error("the surface is closed and faces inward: it encloses {volume_mm3} mm³")]
+    #[error("the surface is closed and faces inward: it encloses {volume_mm3} mm³. Reverse the facets")]
     InsideOut {
         /// The volume, negative \[mm³\].
         volume_mm3: f64,
@@ -111,7 +115,7 @@ pub enum MeshFault {
     /// A parameter out of range.
     #[error("{parameter} of {value_mm:e} mm is not between {min_mm:e} mm and {max_mm:e} mm")]
     Parameter {
-        /// Which one.
+        /// The parameter.
         parameter: MeshParameter,
         /// Its value \[mm\].
         value_mm: f64,
@@ -120,7 +124,7 @@ pub enum MeshFault {
         /// Largest accepted \[mm\].
         max_mm: f64,
     },
-    /// Nobody waits for it any more.
+    /// The caller no longer waits.
     #[error("cancelled")]
     Cancelled,
 }
@@ -134,7 +138,7 @@ fn in_line(line: Option<u64>) -> String {
 pub enum MeshParameter {
     /// Millimetres in a unit of the file.
     Unit,
-    /// How far facets may be from the surface they stand for.
+    /// Largest distance between the facets and the true surface.
     ChordalTolerance,
 }
 

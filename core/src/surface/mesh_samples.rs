@@ -6,20 +6,20 @@ use super::asking::Asking;
 use super::samples::GOLDEN;
 use super::{EvenSamples, Mesh, MeshFault};
 
-/// The plastic number's powers: with them points of a square are spread evenly however many there are.
+/// Powers of the plastic number. They spread points of a square evenly, for any number of points.
 const PLASTIC: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 impl Mesh {
-    /// `count` points spread evenly in area, with smooth normals; always the same ones.
+    /// `count` points spread evenly over the area, with smooth normals. They are always the same points.
     ///
-    /// Triangles are walked in the order of the tree, neighbours after neighbours, and each stretch of `area / count`
+    /// Triangles are visited in the order of the tree, neighbours after neighbours. Each stretch of `area / count`
     /// gets one point.
     #[must_use]
     pub fn samples(&self, count: usize) -> EvenSamples {
         self.samples_until(count, &|| ControlFlow::Continue(())).unwrap_or_else(|_never| EvenSamples::none())
     }
 
-    /// The same, while somebody waits.
+    /// The same, until the caller stops.
     ///
     /// # Errors
     /// `stop` broke.
@@ -48,7 +48,7 @@ impl Mesh {
                 points.extend(self.at(triangle, spread(points.len())).map(|place| place.surface_point()));
             }
         }
-        // rounding may leave the last point just beyond the last triangle
+        // Rounding may put the last point just beyond the last triangle.
         while points.len() < count {
             let Some(place) = self.at(last, spread(points.len())) else { break };
             points.push(place.surface_point());

@@ -1,9 +1,9 @@
-//! Places on a mesh: the nearest one, its normals and curvature.
+//! Points on a mesh: the nearest one, its normals and its curvature.
 
 use super::{Mesh, Pace, SurfacePoint, Uncounted};
 use crate::geometry::{Vec3, across};
 
-/// A place on a mesh.
+/// A point on a mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshPoint {
     /// The point on the facet \[mm\].
@@ -14,7 +14,7 @@ pub struct MeshPoint {
     pub weights: [f64; 3],
     /// Unit normal of the facet out of the part.
     pub facet_normal: Vec3,
-    /// Unit normal of the smooth surface that the facet stands for, out of the part.
+    /// Unit normal of the true smooth surface, out of the part.
     pub normal: Vec3,
 }
 
@@ -26,21 +26,21 @@ impl MeshPoint {
     }
 }
 
-/// Normals are compared so many widths of the facet to either side …
+/// Normals are compared at this number of facet widths to either side …
 const WIDTHS: f64 = 2.0;
-/// … where the surface goes on at least so much of the way …
+/// … if the surface continues for at least this share of the distance …
 const LEAST_WAY: f64 = 0.25;
 /// … and has not turned by more than 60°.
 const LEAST_COSINE: f64 = 0.5;
 
 impl Mesh {
-    /// The place nearest to a point, where there is one closer than `within_mm`.
+    /// The nearest point on the mesh, if it is closer than `within_mm`.
     #[must_use]
     pub fn nearest(&self, point_mm: Vec3, within_mm: f64) -> Option<MeshPoint> {
         self.nearest_at_pace(point_mm, within_mm, &mut Uncounted)
     }
 
-    /// The same, counted; nothing where `pace` breaks off.
+    /// The same, counted; `None` if `pace` breaks off.
     pub(crate) fn nearest_at_pace(
         &self,
         point_mm: Vec3,
@@ -65,7 +65,8 @@ impl Mesh {
         Some(a * weights[0] + b * weights[1] + c * weights[2])
     }
 
-    /// The place on a triangle at the given shares of its corners, which sum up to 1; none beyond the last triangle.
+    /// The point of a triangle with the given shares of its corners, which sum up to 1; `None` beyond the last
+    /// triangle.
     #[must_use]
     pub fn at(&self, triangle: u32, weights: [f64; 3]) -> Option<MeshPoint> {
         let [a, b, c] = self.corners_mm(triangle)?;
@@ -77,19 +78,19 @@ impl Mesh {
         Some(MeshPoint { point_mm, triangle, weights, facet_normal, normal })
     }
 
-    /// Normal curvature of the smooth surface at a place in a direction of W \[1/mm\], positive where the part is
-    /// convex. Only the direction's component along the surface counts; where there is none the answer is 0.
+    /// Normal curvature of the smooth surface at a point in a direction of W \[1/mm\], positive if the part is
+    /// convex. Only the direction's component along the surface counts; without one the result is 0.
     ///
-    /// It is how far the smoothed normal turns between two places, each two facets away: beside a real edge between the
-    /// place itself and the one on the other side of it, and where there is neither, over the facet. It is good to
-    /// some per cent on even facets, to a quarter on facets of all shapes; beside a real edge or the rim of an open
-    /// surface, where normals come from one side, it is too small.
+    /// It is the turn of the smoothed normal between two points, each two facets away. Beside a real edge it is
+    /// taken between the point itself and the one on the other side, and if there is neither, over the facet. It is
+    /// accurate to a few per cent on even facets, and to a quarter on facets of all shapes. Beside a real edge or
+    /// the rim of an open surface, where normals come from one side, it is too small.
     #[must_use]
     pub fn curvature_per_mm(&self, place: &MeshPoint, direction: Vec3) -> f64 {
         self.curvature_per_mm_at_pace(place, direction, &mut Uncounted)
     }
 
-    /// The same, counted; it means nothing where `pace` breaks off.
+    /// The same, counted. The result means nothing if `pace` breaks off.
     pub(crate) fn curvature_per_mm_at_pace(
         &self,
         place: &MeshPoint,
@@ -123,7 +124,7 @@ impl Mesh {
         }
     }
 
-    /// How the smoothed normal changes in a direction along the facet \[1/mm, times the direction's length\].
+    /// Change of the smoothed normal in a direction along the facet \[1/mm, times the direction's length\].
     pub(crate) fn normal_rate_per_mm(&self, place: &MeshPoint, along: Vec3) -> Vec3 {
         let Some([a, b, c]) = self.corners_mm(place.triangle) else { return Vec3::zeros() };
         let [l, m, n] = self.corner_normals(place.triangle);

@@ -1,17 +1,18 @@
-//! How long a search on a mesh may go on.
+//! The limit on a search on a mesh.
 
 use std::ops::ControlFlow;
 
-/// Counts the steps of searches on a mesh, and says whether to go on.
+/// Counts the steps of searches on a mesh, and decides whether to continue.
 ///
-/// A step is one look at a box, at a facet or at a place on a facet, and takes some ten nanoseconds. A file can be made so that one
-/// search looks at all its facets. Whoever searches for a client therefore counts.
+/// A step is one look at a box, at a facet or at a point of a facet, and takes some ten nanoseconds. A malicious
+/// file can make one search look at all its facets. Therefore every search for a client is counted.
 pub trait Pace {
-    /// Counts `steps` steps more. Once it breaks it always breaks. A search that was broken off finds nothing.
+    /// Counts `steps` further steps. After it has broken once, it always breaks. A search that was broken off finds
+    /// nothing.
     fn step(&mut self, steps: u64) -> ControlFlow<()>;
 }
 
-/// Goes on without counting.
+/// Continues without counting.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Uncounted;
 

@@ -16,7 +16,7 @@ pub struct SurfacePoint {
     pub normal: Vec3,
 }
 
-/// On which side of a curved surface the part lies.
+/// The side of a curved surface on which the part lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Bulge {
     /// The part is inside: it bulges toward the tool.
@@ -59,8 +59,8 @@ impl SurfaceDerivatives {
         self.by_u.cross(&self.by_v).normalize()
     }
 
-    /// Normal curvature in a direction \[1/mm\]: second over first fundamental form, positive where the part is
-    /// convex. Only the direction's component along the surface counts; where there is none the answer is 0.
+    /// Normal curvature in a direction \[1/mm\]: second over first fundamental form, positive if the part is
+    /// convex. Only the direction's component along the surface counts; without one the result is 0.
     #[must_use]
     pub fn curvature_per_mm(&self, direction: Vec3) -> f64 {
         let normal = self.normal();
@@ -80,7 +80,7 @@ impl SurfaceDerivatives {
 /// A surface over a rectangle of two parameters u and v, regular everywhere in it: ∂p/∂u × ∂p/∂v points out of the
 /// part and is nowhere zero.
 pub trait ParametricSurface {
-    /// Least and largest u, least and largest v.
+    /// Smallest and largest u, smallest and largest v.
     fn domain(&self) -> [[f64; 2]; 2];
 
     /// The point at (u, v) of the domain and its exact derivatives.
@@ -92,21 +92,21 @@ pub trait ParametricSurface {
         SurfacePoint { point_mm: found.point_mm, normal: found.normal() }
     }
 
-    /// Normal curvature at (u, v) in a direction of W \[1/mm\], positive where the part is convex.
+    /// Normal curvature at (u, v) in a direction of W \[1/mm\], positive if the part is convex.
     fn curvature_per_mm(&self, parameters: [f64; 2], direction: Vec3) -> f64 {
         self.derivatives(parameters).curvature_per_mm(direction)
     }
 
-    /// `count` points spread evenly in area, always the same ones, in rows of rising v, each of rising u.
+    /// `count` points spread evenly over the area, always the same ones, in rows of rising v, each of rising u.
     ///
-    /// The rows are as far apart as the points in them; within its row's band each point steps aside by the golden
-    /// ratio, so that no pattern of passes keeps in step with them. Parts of the surface as small as 1/128 of the
-    /// domain either way are still weighted by their own area.
+    /// The rows are as far apart as the points in them. Within its row's band each point is shifted by the golden
+    /// ratio, so that no pattern of passes coincides with them. Parts of the surface as small as 1/128 of the
+    /// domain in each direction are still weighted by their own area.
     fn samples(&self, count: usize) -> EvenSamples {
         self.samples_until(count, &|| ControlFlow::Continue(())).unwrap_or_else(|_never| EvenSamples::none())
     }
 
-    /// The same, while somebody waits.
+    /// The same, until the caller stops.
     ///
     /// # Errors
     /// `stop` broke.

@@ -3,12 +3,12 @@
 use super::{ParametricSurface, SurfaceDerivatives};
 use crate::geometry::RigidMotion;
 
-/// A surface that a rigid motion has carried elsewhere in W.
+/// A surface that a rigid motion has moved in W.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed<S> {
-    /// The surface before.
+    /// The surface before the motion.
     pub surface: S,
-    /// Where it goes.
+    /// The motion.
     pub motion: RigidMotion,
 }
 

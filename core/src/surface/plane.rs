@@ -4,7 +4,8 @@ use super::fault::SizeCheck;
 use super::{ParametricSurface, SurfaceDerivatives, SurfaceFault, SurfaceQuantity};
 use crate::geometry::Vec3;
 
-/// A rectangle about its centre, along X and Y of W, its normal +Z; u and v are X and Y from the centre \[mm\].
+/// A rectangle about its centre, along X and Y of W, with the normal +Z. u and v are X and Y from the centre
+/// \[mm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
     centre_mm: Vec3,
@@ -15,7 +16,7 @@ impl Plane {
     /// A rectangle of `length_mm` along X by `width_mm` along Y.
     ///
     /// # Errors
-    /// Every size that is not in [0.001, 10 000] mm, a place farther than 100 m.
+    /// Every size that is not in [0.001, 10 000] mm, a position farther than 100 m.
     pub fn new(centre_mm: Vec3, length_mm: f64, width_mm: f64) -> Result<Self, Vec<SurfaceFault>> {
         let mut check = SizeCheck::default();
         check.place(centre_mm);

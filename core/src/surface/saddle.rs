@@ -1,4 +1,4 @@
-//! A saddle: convex one way, concave the other.
+//! A saddle: convex in one direction, concave in the other.
 
 use super::fault::SizeCheck;
 use super::{ParametricSurface, SurfaceDerivatives, SurfaceFault, SurfaceQuantity};
@@ -20,7 +20,7 @@ impl Saddle {
     /// (concave, radius `concave_radius_mm`).
     ///
     /// # Errors
-    /// Every size that is not in [0.001, 10 000] mm, a place farther than 100 m.
+    /// Every size that is not in [0.001, 10 000] mm, a position farther than 100 m.
     pub fn new(
         centre_mm: Vec3,
         convex_radius_mm: f64,

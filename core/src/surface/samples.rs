@@ -10,7 +10,7 @@ pub struct EvenSamples {
     pub points: Vec<SurfacePoint>,
     /// Area of the surface \[mm²\].
     pub area_mm2: f64,
-    /// Side of the square that one point stands for, √(area / points) \[mm\].
+    /// Side of the square that one point represents, √(area / points) \[mm\].
     pub spacing_mm: f64,
 }
 
@@ -22,20 +22,21 @@ impl EvenSamples {
     }
 }
 
-/// The domain is measured in so many cells each way.
+/// Number of cells in each direction in which the domain is measured.
 const CELLS: usize = 128;
-/// Rows of a surface that may have fewer than [`POINTS_OF_A_ROW`] points each.
+/// Number of rows of a surface up to which rows may have fewer than [`POINTS_OF_A_ROW`] points.
 const FEW_ROWS: usize = 4096;
-/// Least mean number of points of a row, where there are more than [`FEW_ROWS`] rows. Every row is measured twice, cell by cell. On a
-/// strip so narrow that a row has one point, the measuring would take 256 evaluations for each point; with four points it takes 64.
+/// Smallest mean number of points in a row if there are more than [`FEW_ROWS`] rows. Every row is measured twice,
+/// cell by cell. On a strip so narrow that a row has one point, the measuring would take 256 evaluations for each
+/// point; with four points it takes 64.
 const POINTS_OF_A_ROW: usize = 4;
-/// The golden ratio's fraction: multiples of it fall evenly into [0, 1) and never in step with anything.
+/// The fraction of the golden ratio. Its multiples spread evenly over [0, 1) and never repeat a pattern.
 pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// See [`ParametricSurface::samples`].
 ///
 /// # Errors
-/// Nobody waits any more.
+/// The caller no longer waits.
 pub(super) fn even_samples(
     surface: &(impl ParametricSurface + ?Sized),
     count: usize,
@@ -47,7 +48,7 @@ pub(super) fn even_samples(
         let found = surface.derivatives([u0 + (i as f64 + 0.5) * step[0], v]);
         (found.by_u.cross(&found.by_v).norm(), found.by_v.norm())
     };
-    // how long the surface is along v, by v, and how large
+    // Length of the surface along v as a function of v, and its area.
     let mut area_mm2 = 0.0;
     let lengths: Vec<f64> = (0..CELLS)
         .map(|j| {
@@ -103,14 +104,14 @@ pub(super) fn even_samples(
         }
         before += across.total;
     }
-    // rounding may leave the last point just beyond the last row
+    // Rounding may put the last point just beyond the last row.
     if let (true, Some(&v)) = (points.len() < count, edges.last()) {
         points.push(surface.at([u1, v]));
     }
     Ok(EvenSamples { points, area_mm2, spacing_mm })
 }
 
-/// Sums of positive weights of cells, to be asked where a sum is reached.
+/// Cumulative sums of positive weights of cells, to find the cell at which a sum is reached.
 struct Cumulative {
     /// The sum up to the end of each cell.
     sums: Vec<f64>,
@@ -130,7 +131,7 @@ impl Cumulative {
         Self { sums, total }
     }
 
-    /// How many cells, and what part of the next, sum up to `sum`.
+    /// Number of cells, and share of the next cell, that add up to `sum`.
     fn find(&self, sum: f64) -> f64 {
         let cell = self.sums.partition_point(|&end| end < sum).min(self.sums.len().saturating_sub(1));
         let from = cell.checked_sub(1).and_then(|before| self.sums.get(before)).copied().unwrap_or(0.0);

@@ -1,20 +1,20 @@
-//! Which facets belong to one smooth surface, and the normals at their corners.
+//! The smooth surfaces of a mesh: which facets belong together, and the normals at their corners.
 
 use super::MeshFault;
 use super::asking::{Asking, sort_by_unique_key};
 use super::mesh::corners_of;
 use crate::geometry::{Vec3, angle_between};
 
-/// How facets meet.
+/// The edges of the facets, counted by kind.
 #[derive(Debug, Default)]
 pub(super) struct Edges {
-    /// Of one facet.
+    /// Edges of one facet.
     pub(super) open: u64,
-    /// Of more than two.
+    /// Edges of more than two facets.
     pub(super) non_manifold: u64,
-    /// Of two that are not joined.
+    /// Edges of two facets that are not joined.
     pub(super) sharp: u64,
-    /// Of two that run along it in the same sense.
+    /// Edges of two facets that run along them in the same direction.
     pub(super) contrary: u64,
     /// The ends of the first of these [mm].
     pub(super) first_contrary: Option<[Vec3; 2]>,
@@ -29,14 +29,14 @@ pub(super) struct Smoothed {
     pub(super) edges: Edges,
 }
 
-/// No two facets of one smooth surface lean more than this against each other [rad] (45°).
+/// Largest angle between two facets of one smooth surface [rad] (45°).
 const MAX_LEAN_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
 /// One facet at a vertex.
 struct Spoke {
     triangle: u32,
     corner: u8,
-    /// To the next corner and to the one before [mm].
+    /// Vectors to the next corner and to the one before [mm].
     next_mm: Vec3,
     before_mm: Vec3,
     /// Unit normal of the facet.
@@ -54,8 +54,8 @@ struct Half {
     outward: bool,
 }
 
-/// Looks at all facets around each vertex: counts edges, joins facets into smooth surfaces, and gives each corner the
-/// normal of its own one.
+/// Looks at all facets around each vertex. It counts edges, joins facets into smooth surfaces, and gives each
+/// corner the normal of its own smooth surface.
 ///
 /// Two facets are joined across an edge if the circle through the edge and through their far ends (across the edge)
 /// stays within `tolerance_mm` of them: heights h₁ ≤ h₂, angle δ between the normals, radius (h₁ + h₂)/2δ, sagitta
@@ -88,7 +88,7 @@ pub(super) fn smooth(
         sort_by_unique_key(&mut halves, key, asking)?;
         for edge in halves.chunk_by(|a, b| a.other == b.other) {
             asking.after(edge.len())?;
-            // each edge is seen from both ends and counted at one
+            // Each edge is seen from both ends and counted at one.
             let Some(first) = edge.first() else { continue };
             let counts = (vertex as u64) < u64::from(first.other);
             let edges = &mut found.edges;
@@ -130,7 +130,7 @@ fn add_spoke(
     numbers.rotate_left(corner as usize);
     places_mm.rotate_left(corner as usize);
     let (next_mm, before_mm) = (places_mm[1] - places_mm[0], places_mm[2] - places_mm[0]);
-    // from the same corner whichever vertex asks: both ends of an edge decide alike
+    // Starts from the same corner at either vertex, so that both ends of an edge give the same decision.
     let [a, b, c] = corners_of(vertices_mm, vertices);
     let normal = (b - a).cross(&(c - a)).normalize();
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁶ corners; corners are 0, 1, 2")]
@@ -154,7 +154,7 @@ fn are_joined(spokes: &[Spoke], a: &Half, b: &Half, tolerance_mm: f64) -> bool {
     lean_rad <= MAX_LEAN_RAD && larger_mm * larger_mm * lean_rad <= 4.0 * (h + g) * tolerance_mm
 }
 
-/// The first spoke of the smooth surface; the way there is halved for the next time.
+/// The first spoke of the smooth surface. It also halves the path there for the next time.
 fn root(spokes: &mut [Spoke], mut at: u32) -> u32 {
     let up = |spokes: &[Spoke], at: u32| spokes.get(at as usize).map_or(at, |spoke| spoke.root);
     loop {
@@ -184,7 +184,7 @@ impl Smoothed {
     )]
     fn give_normals(&mut self, spokes: &mut [Spoke], asking: &mut Asking<'_>) -> Result<(), MeshFault> {
         let first = self.normals.len() as u32;
-        // roots stand before their members: sum up over each surface, number the surfaces in passing
+        // Roots come before their members: add up over each surface, and number the surfaces on the way.
         let mut sums: Vec<(u32, Vec3)> = Vec::new();
         for at in 0..spokes.len() as u32 {
             asking.after(1)?;
@@ -224,7 +224,7 @@ struct Around {
 impl Around {
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁶ corners")]
     fn new(vertices: usize, triangles: &[[u32; 3]], asking: &mut Asking<'_>) -> Result<Self, MeshFault> {
-        // counts, their sums, then each vertex's place moves to its end
+        // Counts, then their sums; then each vertex's start moves to its end.
         let mut ends = vec![0_u32; vertices];
         for triangle in triangles {
             asking.after(1)?;

@@ -17,13 +17,14 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// Largest half angle \[rad\] (85°): the poles stay outside.
+    /// Largest half angle \[rad\] (85°): the poles are excluded.
     pub const MAX_HALF_ANGLE_RAD: f64 = 85.0 * std::f64::consts::PI / 180.0;
 
     /// A patch of the sphere of `radius_mm` about `centre_mm`.
     ///
     /// # Errors
-    /// A radius not in [0.001, 10 000] mm, a half angle not in [0.001, 85°], a place farther than 100 m; all of them.
+    /// A radius not in [0.001, 10 000] mm, a half angle not in [0.001, 85°], a position farther than 100 m. All
+    /// faults are reported.
     pub fn new(
         centre_mm: Vec3,
         radius_mm: f64,
@@ -49,7 +50,7 @@ impl Sphere {
         self.radius_mm
     }
 
-    /// On which side the part lies.
+    /// The side on which the part lies.
     #[must_use]
     pub fn bulge(&self) -> Bulge {
         self.bulge

@@ -1,8 +1,8 @@
 //! Facets from an STL file, binary or text, as it arrives.
 //!
-//! Text numbers are read in double precision, binary ones are single precision. A file is binary if one of its first
-//! 84 bytes is zero: the count of facets that ends the binary header is below 2²⁴, so its last byte is; a text has
-//! none. What the header says (binary files may begin with `solid`) does not matter.
+//! Numbers in a text are read in double precision; binary ones are single precision. A file is binary if one of its
+//! first 84 bytes is zero. The count of facets at the end of the binary header is below 2²⁴, so its last byte is
+//! zero; a text has no zero byte. The words of the header do not matter (binary files may begin with `solid`).
 
 use std::io::Read;
 
@@ -15,7 +15,7 @@ use crate::geometry::Vec3;
 pub(super) struct Facet {
     /// Its corners.
     pub(super) corners: [Vec3; 3],
-    /// The normal that the file states, whatever it is.
+    /// The normal that the file states, even if it is wrong.
     pub(super) normal: Vec3,
 }
 
@@ -23,12 +23,13 @@ pub(super) struct Facet {
 pub const STL_HEADER_BYTES: usize = 84;
 /// Bytes of a binary facet.
 const FACET_BYTES: usize = 50;
-/// The shortest facet of a text: its words with one figure each take 86 bytes.
+/// Smallest length of a facet in a text: its words with one figure each take 86 bytes.
 const TEXT_FACET_BYTES: u64 = 80;
 
-/// How many facets an STL file has at most: exactly for a whole binary one.
+/// Largest number of facets in an STL file: the exact number for a complete binary file.
 ///
-/// `start` are its first [`STL_HEADER_BYTES`] bytes, or all of a shorter file; `length` is that of the file \[bytes\].
+/// `start` are its first [`STL_HEADER_BYTES`] bytes, or all bytes of a shorter file. `length` is the length of the
+/// file \[bytes\].
 #[must_use]
 pub fn stl_facets_at_most(start: &[u8], length: u64) -> u64 {
     if is_binary(start) {
@@ -38,7 +39,7 @@ pub fn stl_facets_at_most(start: &[u8], length: u64) -> u64 {
     }
 }
 
-/// Whether a file that begins like this is a binary one.
+/// Whether a file with these first bytes is binary.
 fn is_binary(start: &[u8]) -> bool {
     start.iter().take(STL_HEADER_BYTES).any(|byte| *byte == 0)
 }
@@ -72,7 +73,7 @@ impl<R: Read> StlReader<R> {
         Ok(Self::Text(TextFacets::new(input)?))
     }
 
-    /// The next facet; none at the end of a file that ends as it should.
+    /// The next facet; `None` at the regular end of a file.
     pub(super) fn next_facet(&mut self) -> Result<Option<Facet>, StlFault> {
         match self {
             Self::Text(text) => text.next_facet(),
@@ -95,7 +96,7 @@ impl<R: Read> StlReader<R> {
         }
     }
 
-    /// The line read last, of a text.
+    /// The last line read, if the file is a text.
     pub(super) fn line(&self) -> Option<u64> {
         match self {
             Self::Binary { .. } => None,
@@ -131,7 +132,7 @@ impl<R: Read> Input<R> {
         Self { source, buffer: vec![0; WINDOW_BYTES], from: 0, to: 0 }
     }
 
-    /// The next `count` bytes (at most a window), fewer where the stream ends.
+    /// The next `count` bytes (at most a window); fewer at the end of the stream.
     pub(super) fn look(&mut self, count: usize) -> Result<&[u8], StlFault> {
         while self.to - self.from < count {
             self.buffer.copy_within(self.from..self.to, 0);
@@ -146,7 +147,7 @@ impl<R: Read> Input<R> {
         Ok(self.buffer.get(self.from..self.to.min(self.from + count)).unwrap_or(&[]))
     }
 
-    /// Steps over bytes that were looked at.
+    /// Skips bytes that were looked at.
     pub(super) fn skip(&mut self, count: usize) {
         self.from = (self.from + count).min(self.to);
     }

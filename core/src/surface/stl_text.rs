@@ -6,11 +6,11 @@ use super::StlFault;
 use super::stl::{Facet, Input};
 use crate::geometry::Vec3;
 
-/// Longest word of a text [bytes]: any number fits.
+/// Longest word of a text [bytes]; it holds any number.
 const WORD_BYTES: usize = 64;
 
-/// Reads the words of a text, and facets from them. Words may be in either case and stand on any lines; the name behind
-/// `solid` and `endsolid` reaches to the end of its line. A file may hold several solids.
+/// Reads the words of a text, and facets from them. Words may be in upper or lower case and on any line. The name
+/// after `solid` and `endsolid` ends with its line. A file may hold several solids.
 pub(super) struct TextFacets<R> {
     input: Input<R>,
     line: u64,
@@ -33,12 +33,12 @@ impl<R: Read> TextFacets<R> {
         Err(StlFault::NotStl)
     }
 
-    /// The line read last.
+    /// The last line read.
     pub(super) fn line(&self) -> u64 {
         self.line
     }
 
-    /// The next facet; none at the end.
+    /// The next facet; `None` at the end.
     pub(super) fn next_facet(&mut self) -> Result<Option<Facet>, StlFault> {
         loop {
             if !self.look_for_word()? {
@@ -63,7 +63,7 @@ impl<R: Read> TextFacets<R> {
 
     fn facet(&mut self) -> Result<Facet, StlFault> {
         self.require("normal")?;
-        // whatever the normal is, a number or not: the winding counts
+        // The stated normal may be anything, even not a number: the winding is used.
         let normal = Vec3::new(self.any_number()?, self.any_number()?, self.any_number()?);
         self.require("outer")?;
         self.require("loop")?;
@@ -108,7 +108,7 @@ impl<R: Read> TextFacets<R> {
         self.written().eq_ignore_ascii_case(word.as_bytes())
     }
 
-    /// Reads the next word; false at the end of the text. The white space behind a word stays.
+    /// Reads the next word; false at the end of the text. The white space after a word stays.
     fn look_for_word(&mut self) -> Result<bool, StlFault> {
         self.length = 0;
         loop {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::geometry::{RigidMotion, Vec3, rotation_from_vector};
 
-/// One of each kind, the curved ones both ways.
+/// One surface of each kind, the curved ones in both directions.
 fn surfaces() -> Vec<Box<dyn ParametricSurface>> {
     let at = Vec3::new(3.0, -4.0, 5.0);
     let turned = RigidMotion { rotation: rotation_from_vector(Vec3::new(0.4, 1.1, -0.3)), shift_mm: at };
@@ -18,7 +18,7 @@ fn surfaces() -> Vec<Box<dyn ParametricSurface>> {
     ]
 }
 
-/// Parameters inside of a domain, off any joint.
+/// Parameters inside a domain, away from any joint.
 fn places(surface: &dyn ParametricSurface) -> Vec<[f64; 2]> {
     let [[u0, u1], [v0, v1]] = surface.domain();
     (0..400)
@@ -32,7 +32,8 @@ fn places(surface: &dyn ParametricSurface) -> Vec<[f64; 2]> {
 
 #[test]
 fn derivatives_are_those_of_differences() {
-    /// Central differences of step h are off by h²/6 of the third derivative; Blade edges have up to 1e5 mm each.
+    /// Central differences of step h have an error of h²/6 times the third derivative; blade edges have up to 1e5
+    /// mm each.
     const SHARE: f64 = 2e-5;
     for (kind, surface) in surfaces().iter().enumerate() {
         let domain = surface.domain();
@@ -86,7 +87,7 @@ fn curvatures_are_the_closed_forms() {
     let saddle = Saddle::new(at, 30.0, 50.0, 40.0, 40.0).unwrap();
     close(saddle.curvature_per_mm([0.0, 0.0], Vec3::x()), 1.0 / 30.0);
     close(saddle.curvature_per_mm([0.0, 0.0], Vec3::y()), -1.0 / 50.0);
-    // z = −x²/2a: curvature (1/a)/(1 + x²/a²)^1.5
+    // z = −x²/2a: curvature (1/a)/(1 + x²/a²)^1.5.
     close(saddle.curvature_per_mm([15.0, 0.0], Vec3::x()), 1.0 / 30.0 / 1.25_f64.powf(1.5));
     close(saddle.curvature_per_mm([0.0, 0.0], Vec3::z()), 0.0);
 }
@@ -98,7 +99,7 @@ fn normals_point_out_of_the_part() {
             assert!(surface.at(place).normal.z > 0.0);
         }
     }
-    // a blade's normals point away from the middle of its camber line where they are near it
+    // A blade's normals point away from the middle of its camber line near that line.
     let blade =
         Blade::new(Vec3::zeros(), BladeSizes { camber_rad: 0.0, twist_rad: 0.0, ..BladeSizes::default() })
             .unwrap();
@@ -116,11 +117,11 @@ fn samples_are_even_in_area_and_always_the_same() {
     let samples = sphere.samples(COUNT);
     assert_eq!(samples.points.len(), COUNT);
     assert_eq!(samples, sphere.samples(COUNT));
-    // the area of the patch, ∫∫ R² cos v; midpoints of 128 cells are off by 1e-5 of it
+    // The area of the patch, ∫∫ R² cos v; midpoints of 128 cells have an error of 1e-5 of it.
     let area_mm2 = 25.0_f64.powi(2) * 2.0 * 2.0 * 1.0_f64.sin();
     assert!((samples.area_mm2 / area_mm2 - 1.0).abs() < 2e-5, "{}", samples.area_mm2);
     assert!((samples.spacing_mm - (samples.area_mm2 / 4000.0).sqrt()).abs() < 1e-12);
-    // each tenth of the area, by latitude, holds a tenth of the points but for two rows' ends
+    // Each tenth of the area, by latitude, has a tenth of the points, except for the ends of two rows.
     for k in 0..10 {
         let band = [f64::from(k), f64::from(k + 1)].map(|edge| 25.0 * 1.0_f64.sin() * (0.2 * edge - 1.0));
         let inside = samples.points.iter().filter(|p| (band[0]..band[1]).contains(&p.point_mm.y)).count();
@@ -129,7 +130,7 @@ fn samples_are_even_in_area_and_always_the_same() {
     for surface in surfaces() {
         let samples = surface.samples(COUNT);
         assert_eq!(samples.points.len(), COUNT);
-        // no place of the surface is farther from the next sample than two spacings
+        // No point of the surface is farther from the next sample than two spacings.
         for place in places(surface.as_ref()) {
             let place_mm = surface.at(place).point_mm;
             let nearest_mm =
@@ -149,7 +150,7 @@ fn every_bad_size_is_named() {
     assert_eq!(Saddle::new(Vec3::zeros(), 0.0, f64::INFINITY, 1.0, 1.0).unwrap_err().len(), 2);
 }
 
-/// Counts how often it is asked.
+/// Counts how often it is evaluated.
 struct Counted<S>(S, std::cell::Cell<usize>);
 
 impl<S: ParametricSurface> ParametricSurface for Counted<S> {
@@ -168,7 +169,7 @@ fn a_narrow_strip_is_sampled_evenly_and_for_what_its_points_cost() {
     const COUNT: usize = 40_000;
     const LENGTH_MM: f64 = 10_000.0;
     const BANDS: i32 = 400;
-    /// Each row measures its cells twice and has four points at least.
+    /// Each row measures its cells twice and has at least four points.
     const MOST_EVALUATIONS: usize = COUNT * (2 * 128 / 4 + 1) + 128 * 128;
     for width_mm in [0.001, 0.5] {
         let strip = Counted(Plane::new(Vec3::zeros(), width_mm, LENGTH_MM).unwrap(), std::cell::Cell::new(0));

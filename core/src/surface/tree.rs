@@ -1,7 +1,8 @@
 //! Boxes within boxes over the facets of a mesh.
 //!
-//! Built from above: the facets of a box are halved at the median of their centres, along the axis that these spread
-//! over most. Boxes are single precision, rounded outward: 32 bytes for every two or three facets.
+//! The tree is built from above: the facets of a box are halved at the median of their centres, along the axis with
+//! the largest spread of centres. Boxes are single precision, rounded outward: 32 bytes for every two or three
+//! facets.
 
 use super::asking::{ASK_EVERY, Asking, DIVIDED_AT_ONCE, divide_at};
 use super::{MeshFault, Pace};
@@ -17,7 +18,7 @@ pub(crate) struct Bounds {
 impl Bounds {
     const NOTHING: Self = Self { least_mm: [f32::INFINITY; 3], largest_mm: [f32::NEG_INFINITY; 3] };
 
-    #[expect(clippy::cast_possible_truncation, reason = "rounded outward behind it")]
+    #[expect(clippy::cast_possible_truncation, reason = "rounded outward afterwards")]
     fn add(&mut self, point_mm: Vec3) {
         for ((least, largest), x) in self.least_mm.iter_mut().zip(&mut self.largest_mm).zip(point_mm.iter()) {
             let near = *x as f32;
@@ -33,7 +34,7 @@ impl Bounds {
         }
     }
 
-    /// The distance of a point, 0 inside \[mm\].
+    /// The distance of a point; 0 inside \[mm\].
     pub(crate) fn distance_mm(&self, point_mm: Vec3) -> f64 {
         let outside = |k: usize| {
             let (least, largest) = (f64::from(self.least_mm[k]), f64::from(self.largest_mm[k]));
@@ -50,13 +51,13 @@ impl Bounds {
     }
 }
 
-/// The middle of a facet [mm], and its number.
+/// The middle of a facet [mm], and its index.
 type Centre = ([f32; 3], u32);
 
-/// A number for each place on an axis that orders them, the facet's number behind it: those all differ.
+/// A key that orders positions on an axis, with the facet's index in its low bits, so that all keys differ.
 fn in_order(place_mm: f32, facet: u32) -> u64 {
     let bits = place_mm.to_bits();
-    // of negative numbers the larger bits are the lower number
+    // For negative numbers the larger bits are the smaller number.
     let place = if bits >> 31 == 1 { !bits } else { bits | 1 << 31 };
     u64::from(place) << 32 | u64::from(facet)
 }
@@ -64,23 +65,23 @@ fn in_order(place_mm: f32, facet: u32) -> u64 {
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bounds: Bounds,
-    /// The first facet of a leaf, or the child that does not stand right behind.
+    /// The first facet of a leaf, or the child that does not come directly after.
     first: u32,
-    /// Facets of a leaf, 0 of a box of boxes.
+    /// Number of facets of a leaf; 0 for a box of boxes.
     count: u32,
 }
 
 /// Most facets of a leaf.
 const LEAF: usize = 8;
 
-/// The boxes; facets are numbered in the order that [`Tree::build`] gives them.
+/// The boxes. Facets are numbered in the order that [`Tree::build`] returns.
 #[derive(Debug, Clone)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
 }
 
 impl Tree {
-    /// The tree, and the order its facets have to be brought into.
+    /// The tree, and the order into which its facets have to be brought.
     ///
     /// # Errors
     /// `stop` broke.
@@ -112,7 +113,7 @@ impl Tree {
         Ok((tree, order))
     }
 
-    /// Adds the boxes of these facets; the depth is a logarithm, since facets are halved.
+    /// Adds the boxes of these facets. The depth is a logarithm, because facets are halved.
     #[expect(clippy::cast_possible_truncation, reason = "fewer than 2²⁴ facets")]
     fn split(
         &mut self,
@@ -126,7 +127,7 @@ impl Tree {
         self.nodes.push(Node { bounds: Bounds::NOTHING, first: first as u32, count: facets.len() as u32 });
         let mut bounds = Bounds::NOTHING;
         if facets.len() <= LEAF {
-            // ties of the order above leave nothing to chance
+            // Ties of the order above leave nothing undefined.
             for (_, facet) in facets.iter() {
                 for corner in corners_mm(*facet) {
                     bounds.add(corner);
@@ -156,11 +157,11 @@ impl Tree {
         Ok(bounds)
     }
 
-    /// The least value over all facets that is below `below`, with what came with it.
+    /// The smallest value over all facets that is below `below`, with the result that belongs to it.
     ///
-    /// `bound` of a box is not above the value of any facet inside; `facet` gives a facet's value if it is below the
-    /// number passed in, and counts what it takes beyond one step. Boxes are opened nearest first. Where `pace` breaks off
-    /// nothing is found.
+    /// `bound` of a box must not exceed the value of any facet inside. `facet` gives a facet's value if it is below
+    /// the number passed in, and counts its cost beyond one step. Boxes are opened nearest first. If `pace` breaks
+    /// off, nothing is found.
     pub(crate) fn least<T, P: Pace>(
         &self,
         below: f64,
@@ -175,7 +176,7 @@ impl Tree {
             open.push((bound(&root.bounds), 0));
         }
         while let Some((least, at)) = open.pop() {
-            // also leaves where a bound is not a number
+            // Also skips a box whose bound is not a number.
             if least.partial_cmp(&below) != Some(std::cmp::Ordering::Less) {
                 continue;
             }
@@ -205,12 +206,12 @@ impl Tree {
     }
 }
 
-/// A box that is opened has two inside.
+/// Opening a box looks at the two boxes inside.
 const NODE_STEPS: u64 = 2;
 /// Halvings of fewer than 2²⁴ facets down to a leaf.
 const MAX_DEPTH: usize = 24;
 
-/// The axis along which the centres spread most.
+/// The axis with the largest spread of the centres.
 fn widest(facets: &[Centre], asking: &mut Asking<'_>) -> Result<usize, MeshFault> {
     let mut least = [f32::INFINITY; 3];
     let mut largest = [f32::NEG_INFINITY; 3];

@@ -8,8 +8,8 @@ use crate::geometry::Vec3;
 
 /// Vertices by their exact coordinates.
 ///
-/// An open table whose slots hold vertex numbers. A corner that does not find its place within [`MAX_PROBES`] slots
-/// goes to an ordered map, so that a file made to collide costs a logarithm, not a walk over everything.
+/// An open table whose slots hold vertex numbers. A corner that does not find its slot within [`MAX_PROBES`] slots
+/// goes to an ordered map, so that a file made to collide costs a logarithm and not a walk over everything.
 pub(super) struct Weld {
     vertices: Vec<Vec3>,
     slots: Vec<u32>,
@@ -19,7 +19,7 @@ pub(super) struct Weld {
 const EMPTY: u32 = u32::MAX;
 const MAX_PROBES: usize = 64;
 const FIRST_SLOTS: usize = 1 << 12;
-/// Slots made without a question: 4 MiB of memory.
+/// Slots filled between two questions: 4 MiB of memory.
 const MAX_FILL: usize = 1 << 20;
 
 impl Weld {
@@ -27,10 +27,11 @@ impl Weld {
         Self { vertices: Vec::new(), slots: vec![EMPTY; FIRST_SLOTS], overflow: BTreeMap::new() }
     }
 
-    /// The number of the vertex at this place, a new one if it is the first there. Coordinates are finite.
+    /// The number of the vertex at this position; a new number if it is the first there. Coordinates must be
+    /// finite.
     ///
     /// # Errors
-    /// Nobody waits any more.
+    /// The caller no longer waits.
     pub(super) fn vertex(&mut self, place_mm: Vec3, asking: &mut Asking<'_>) -> Result<u32, MeshFault> {
         // −0 is 0
         let place_mm = place_mm.map(|x| x + 0.0);
@@ -98,7 +99,7 @@ impl Weld {
             asking.after(1)?;
             let Some(vertex) = self.vertices.get(number) else { break };
             let key = key(*vertex);
-            // vertices differ: this one is in no slot yet
+            // All vertices differ, so this one is in no slot yet.
             let found = self.find(key);
             #[expect(clippy::cast_possible_truncation, reason = "three for each of fewer than 2²⁴ facets")]
             self.put(key, number as u32, &found);
@@ -158,7 +159,7 @@ mod tests {
     fn a_crowded_table_still_finds_everything() {
         let mut weld = Weld::new();
         let places: Vec<Vec3> = (0..3000).map(|k| Vec3::new(f64::from(k), 1.0, 2.0)).collect();
-        // every slot but the last ones is taken by strangers, so that hardly any place is free
+        // Every slot except the last ones is taken by other vertices, so that hardly any slot is free.
         weld.vertices = (0..4000).map(|k| Vec3::new(0.5, f64::from(k), 0.25)).collect();
         weld.slots = (0..4000).chain(std::iter::repeat_n(EMPTY, 96)).collect();
         let numbers: Vec<u32> = places

@@ -1,4 +1,4 @@
-//! What to do about a worn cutter: let it run, compensate it, go closer, or change it.
+//! Advice for a worn cutter: keep it running, compensate it, reduce the step-over, or change it.
 
 use super::{CutterPass, CutterWear, PassFault, Surface};
 use crate::geometry::trig;
@@ -9,76 +9,76 @@ use crate::units::{Angle, Length};
 pub struct WearQuestion {
     /// The nominal and the worn cutter.
     pub wear: CutterWear,
-    /// Lead angle in the feed direction; no matter where both are balls.
+    /// Lead angle in the feed direction; ignored if both are balls.
     pub lead: Angle,
     /// The surface across the feed.
     pub surface: Surface,
     /// The program's step-over D.
     pub stepover: Length,
-    /// The height that may be left above the surface.
+    /// The height allowed above the surface.
     pub allowed: Length,
-    /// A step-over below this is not worth running: a new tool is.
+    /// Smallest step-over worth running. Below it a new tool is better.
     pub least_stepover: Length,
-    /// Least and largest angle between surface normal and tool axis in the program, within 0 and 90°.
+    /// Smallest and largest angle between surface normal and tool axis in the program, within 0 and 90°.
     pub contact_angles: [Angle; 2],
 }
 
-/// What to do, the cheapest first.
+/// The advice, the cheapest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Advice {
-    /// The program may run as it is.
+    /// The program may run unchanged.
     Keep,
-    /// The tip has to be shifted for the worn cutter; then the program may run.
+    /// The tip has to be shifted for the worn cutter. The program may then run.
     Compensate,
-    /// Compensated, and with passes closer together.
+    /// The program has to be compensated, and its passes have to be closer together.
     ReduceStepover,
-    /// No pass worth running keeps the height: the cutter has to be changed.
+    /// No pass worth running keeps the height. The cutter has to be changed.
     ChangeTool,
 }
 
-/// What one cutter leaves.
+/// The result of one cutter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outlook {
-    /// Scallop at the program's step-over; none where neighbouring passes do not meet.
+    /// Scallop at the program's step-over; `None` if neighbouring passes do not meet.
     pub scallop: Option<Length>,
-    /// Largest step-over that keeps the height allowed.
+    /// Largest step-over that keeps the allowed height.
     pub largest_stepover: Length,
 }
 
-/// Advice with the numbers it rests on.
+/// Advice with its numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearAdvice {
-    /// What to do.
+    /// The advice.
     pub advice: Advice,
-    /// The step-over to run the worn cutter with; none where it has to be changed.
+    /// Step-over for the worn cutter; `None` if the cutter has to be changed.
     pub stepover: Option<Length>,
     /// The nominal cutter.
     pub nominal: Outlook,
-    /// The worn cutter; none where it gouges this surface (an effective radius above that of a hollow).
+    /// The worn cutter; `None` if it gouges this surface (an effective radius above that of a hollow).
     pub actual: Option<Outlook>,
-    /// Least and largest offset along the normal that the worn cutter leaves uncompensated, + excess, − gouge.
+    /// Smallest and largest offset along the normal without compensation, + excess, − gouge.
     pub offset: [Length; 2],
-    /// Largest residual of the program as it is, scallop included; none where the worn cutter cannot cut it.
+    /// Largest residual of the unchanged program, with the scallop; `None` if the worn cutter cannot cut it.
     pub before: Option<Length>,
-    /// Largest residual after the advice was taken; after a change that of the nominal cutter.
+    /// Largest residual after the advice was followed; after a change, that of the nominal cutter.
     pub after: Option<Length>,
-    /// The smallest cutter radius, corner radius as worn, that keeps the height at the program's step-over: the wear
-    /// limit. None where no cutter does.
+    /// The wear limit: the smallest cutter radius, with the worn corner radius, that keeps the height at the
+    /// program's step-over. `None` if no cutter keeps it.
     pub smallest_cutter: Option<Length>,
 }
 
 /// A gouge below this is rounding.
 const NO_GOUGE: Length = Length::from_mm(1e-6);
-/// A height counts as kept where rounding alone lies between (relative).
+/// A height exceeded by no more than rounding counts as kept (relative).
 const ROUNDING: f64 = 1e-12;
 
-/// Advice for a worn cutter (§4; P3 §4.2–4.4). Uncompensated it leaves an offset along the normal and its scallop;
-/// compensation takes the offset away, but not the growth of the scallop, because the cutting band is narrower
-/// (`h′/h = (1/r′ + k/Rs)/(1/r + k/Rs)`): for that the passes have to come closer.
+/// Advice for a worn cutter (§4; P3 §4.2–4.4). Without compensation it leaves an offset along the normal and its
+/// scallop. Compensation removes the offset, but not the growth of the scallop, because the cutting band is
+/// narrower (`h′/h = (1/r′ + k/Rs)/(1/r + k/Rs)`). Against the growth, the passes have to be closer together.
 ///
 /// # Errors
-/// What [`CutterPass`] refuses of the nominal cutter (a gouge, passes that do not meet): such a program was never good;
-/// a lead angle that does not fit.
+/// The faults of [`CutterPass`] for the nominal cutter (a gouge, passes that do not meet): such a program was never
+/// valid; a lead angle out of range.
 pub fn advise(question: &WearQuestion) -> Result<WearAdvice, PassFault> {
     let WearQuestion { wear, lead, surface, stepover, allowed, .. } = *question;
     let (nominal, actual) =
@@ -89,7 +89,7 @@ pub fn advise(question: &WearQuestion) -> Result<WearAdvice, PassFault> {
         largest_stepover: nominal.largest_stepover(allowed)?,
     };
     let smallest_cutter = actual.smallest_cutter(allowed, stepover)?;
-    // What is refused of the worn cutter from here on is that it does not fit this cut.
+    // From here on, a fault of the worn cutter means that it does not fit this cut.
     let actual = actual
         .largest_stepover(allowed)
         .ok()
@@ -97,7 +97,7 @@ pub fn advise(question: &WearQuestion) -> Result<WearAdvice, PassFault> {
     let offset = offsets(&wear, question.contact_angles);
     let scallop = actual.and_then(|outlook| outlook.scallop);
     let before = scallop.map(|scallop| {
-        // between the lowest valley and the highest cusp
+        // Between the lowest valley and the highest cusp.
         let [least, most] = offset;
         Length::from_mm(least.abs().mm().max((most + scallop).abs().mm()))
     });
@@ -120,8 +120,8 @@ pub fn advise(question: &WearQuestion) -> Result<WearAdvice, PassFault> {
     Ok(WearAdvice { advice, stepover, nominal, actual, offset, before, after, smallest_cutter })
 }
 
-/// Least and largest of `(r − r′)(1 − cos ψ) + ((R − r) − (R′ − r′))·sin ψ + ΔL·cos ψ` over the contact angles ψ: at
-/// their ends, or where the sine wave turns.
+/// Smallest and largest value of `(r − r′)(1 − cos ψ) + ((R − r) − (R′ − r′))·sin ψ + ΔL·cos ψ` over the contact
+/// angles ψ: at their ends, or at the extreme of the sine wave.
 fn offsets(wear: &CutterWear, contact_angles: [Angle; 2]) -> [Length; 2] {
     let (corner, core) = (-wear.corner_change_mm(), -wear.core_change_mm());
     let along = wear.shorter_by.mm() - corner;

@@ -1,21 +1,21 @@
-//! The cutter a program was made for, and the one in the spindle.
+//! The cutter for which a program was made, and the cutter in the spindle.
 
 use crate::machine::Tool;
 use crate::units::Length;
 
-/// A worn or reground cutter against the nominal one.
+/// A worn or reground cutter compared with the nominal one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutterWear {
-    /// The cutter (R, r) the program was made for.
+    /// The cutter (R, r) for which the program was made.
     pub nominal: Tool,
     /// The cutter (R′, r′) that cuts.
     pub actual: Tool,
-    /// ΔL = L − L′ where the control keeps the nominal length; 0 where it has the measured one.
+    /// ΔL = L − L′ if the control keeps the nominal length; 0 if it has the measured one.
     pub shorter_by: Length,
 }
 
 impl CutterWear {
-    /// A worn cutter whose own length stands in the control.
+    /// A worn cutter whose own length is in the control.
     #[must_use]
     pub const fn new(nominal: Tool, actual: Tool) -> Self {
         Self { nominal, actual, shorter_by: Length::ZERO }
@@ -36,7 +36,7 @@ impl CutterWear {
         (self.actual.radius() - self.nominal.radius()).mm()
     }
 
-    /// Whether both are balls: then no contact is that of a flat.
+    /// Whether both are balls. A contact on a flat is then impossible.
     pub(super) fn has_no_flat(&self) -> bool {
         self.nominal.is_ball() && self.actual.is_ball()
     }

@@ -1,4 +1,4 @@
-//! The radius with which an inclined cutter cuts across the feed.
+//! The effective radius of an inclined cutter across the feed.
 
 use thiserror::Error;
 
@@ -10,7 +10,7 @@ use crate::units::{Angle, Length};
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum LeadFault {
     /// The cutter lies on its flat, or is inclined beyond its flank.
-    #[error("a lead angle of {lead_deg}° is not between {min_deg}° and {max_deg}°")]
+    #[error("the lead angle of {lead_deg}° is not between {min_deg}° and {max_deg}°")]
     OutOfRange {
         /// The angle asked for \[deg\].
         lead_deg: f64,
@@ -21,14 +21,15 @@ pub enum LeadFault {
     },
 }
 
-/// Smallest and largest lead angle \[deg\]: flatter, the effective radius of a cutter of a metre passes any surface.
+/// Smallest and largest lead angle \[deg\]. At smaller angles the effective radius of a cutter of a metre is larger
+/// than any surface.
 pub const LEAD_RANGE_DEG: [f64; 2] = [1e-3, 90.0];
 
 /// Effective radius across the feed of a cutter (R, r) inclined by `lead` in the feed direction:
-/// `r + (R − r)/sin(lead)` (§4). That of a ball is its own, whatever the angle.
+/// `r + (R − r)/sin(lead)` (§4). For a ball it is its own radius at any angle.
 ///
 /// # Errors
-/// A lead angle not in [0.001, 90]°, for any cutter that is no ball.
+/// A lead angle not in [0.001, 90]°, for any cutter that is not a ball.
 pub fn effective_radius(tool: &Tool, lead: Angle) -> Result<Length, LeadFault> {
     if tool.is_ball() {
         return Ok(tool.radius());
@@ -38,8 +39,8 @@ pub fn effective_radius(tool: &Tool, lead: Angle) -> Result<Length, LeadFault> {
     Ok(Length::from_mm(tool.corner_radius().mm() + tool.core_radius().mm() / sine))
 }
 
-/// The cutter radius R that has this effective radius with corner radius `corner_radius` at `lead`: the inverse of
-/// [`effective_radius`]. Never below the corner radius, at which the cutter is a ball.
+/// The cutter radius R with this effective radius, for the corner radius `corner_radius` at `lead`: the inverse of
+/// [`effective_radius`]. It is never below the corner radius, at which the cutter is a ball.
 ///
 /// # Errors
 /// A lead angle not in [0.001, 90]°.

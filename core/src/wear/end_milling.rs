@@ -1,19 +1,19 @@
-//! End milling: the worn cutter's corner on the same contact point (P3 eq. (6)).
+//! End milling: the shift that puts the worn cutter's corner on the same contact point (P3 eq. (6)).
 
 use super::tip_shift::{checked_normal, length_shift_mm};
 use super::{CutterWear, FlatContact, ShiftFault, TipShift};
 use crate::geometry::{Vec3, across, angle_between};
 
-/// A normal this close to the tool axis leaves the direction across it open \[rad\]: six-decimal normals turn by a
-/// tenth of a radian there.
+/// A normal this close to the tool axis leaves the direction across it undetermined \[rad\]: there the rounding of
+/// six decimals turns that direction by a tenth of a radian.
 const OPEN_ANGLE_RAD: f64 = 1e-5;
-/// Nearer than 0.1° to the tool axis the side of the contact is worth a warning \[rad\].
+/// Nearer than 0.1° to the tool axis, the side of the contact needs a warning \[rad\].
 const NEARLY_FLAT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 /// The shift that keeps the contact point of end milling with normal `normal` (out of the part, any length) and unit
 /// tool axis `axis`, both in W: `Δ = (r′ − r)(n − t) + ((R′ − r′) − (R − r))·m − ΔL·t` (§4; P3 eq. (6)), m = n across t.
 ///
-/// Where n ∥ t the whole flat of a bull-nose or flat cutter touches: no m, Δ = −ΔL·t, and the note says so.
+/// If n ∥ t, the whole flat of a bull-nose or flat cutter touches. There is no m, Δ = −ΔL·t, and the note says so.
 ///
 /// # Errors
 /// A normal without length, or one that points away from the tool (n·t < 0 beyond rounding).
@@ -34,11 +34,11 @@ pub fn end_milling_shift(wear: &CutterWear, axis: Vec3, normal: Vec3) -> Result<
     Ok(TipShift { shift_mm, note })
 }
 
-/// What the worn cutter leaves along the normal where the program stays as it is \[mm\], + excess, − gouge, without the
+/// Residual of the worn cutter along the normal with the unchanged program \[mm\], + excess, − gouge, without the
 /// cusp: `(r − r′)(1 − n·t) + ((R − r) − (R′ − r′))·(m·n) + ΔL·(n·t)`.
 ///
 /// # Errors
-/// As [`end_milling_shift`].
+/// As for [`end_milling_shift`].
 pub fn uncompensated_excess_mm(wear: &CutterWear, axis: Vec3, normal: Vec3) -> Result<f64, ShiftFault> {
     let n = checked_normal(axis, normal)?;
     Ok(-end_milling_shift(wear, axis, n)?.shift_mm.dot(&n))

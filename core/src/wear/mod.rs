@@ -1,5 +1,5 @@
-//! What a worn or reground cutter does to the part, and what can be mended: scallop height between passes, the shift of
-//! the tip that keeps the contact, and what remains.
+//! The effect of a worn or reground cutter on the part, and its compensation: scallop height between passes, the
+//! shift of the tip that keeps the contact, and the remaining error.
 
 mod advice;
 mod cutter_wear;

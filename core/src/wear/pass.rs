@@ -1,4 +1,4 @@
-//! A cutter going over a surface pass by pass: scallop height with any tool (R, r), by its effective radius.
+//! A cutter that machines a surface pass by pass: scallop height with any tool (R, r), by its effective radius.
 
 use thiserror::Error;
 
@@ -14,13 +14,13 @@ use crate::units::{Angle, Length};
 pub struct CutterPass {
     /// The cutter (R, r).
     pub tool: Tool,
-    /// Lead angle between the tool axis and the surface normal, in the feed direction; no matter to a ball.
+    /// Lead angle between the tool axis and the surface normal, in the feed direction; ignored for a ball.
     pub lead: Angle,
     /// The surface across the feed.
     pub surface: Surface,
 }
 
-/// Why a cutter's passes leave no scallop that could be told.
+/// Why the scallop of a cutter's passes cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum PassFault {
     /// The lead angle.
@@ -29,8 +29,8 @@ pub enum PassFault {
     /// The numbers of the scallop.
     #[error(transparent)]
     Scallop(#[from] ScallopFault),
-    /// A step-over wider than a cutter whose effective radius would allow it.
-    #[error("a step-over of {stepover_mm} mm is wider than the cutter: at most {diameter_mm} mm")]
+    /// The step-over is wider than the cutter, although its effective radius would allow it.
+    #[error("a step-over of {stepover_mm} mm is wider than the cutter; the limit is {diameter_mm} mm")]
     WiderThanCutter {
         /// D \[mm\].
         stepover_mm: f64,
@@ -40,10 +40,10 @@ pub enum PassFault {
 }
 
 impl CutterPass {
-    /// Radius with which the cutter cuts across the feed.
+    /// Effective radius of the cutter across the feed.
     ///
     /// # Errors
-    /// A lead angle not in [0.001, 90]° where the cutter is no ball.
+    /// A lead angle not in [0.001, 90]° for a cutter that is not a ball.
     pub fn effective_radius(&self) -> Result<Length, LeadFault> {
         effective_radius(&self.tool, self.lead)
     }
@@ -51,7 +51,7 @@ impl CutterPass {
     /// Scallop height at this step-over; see [`scallop_height`].
     ///
     /// # Errors
-    /// Whatever [`scallop_height`] and [`effective_radius`] refuse, and a step-over above 2 R.
+    /// The faults of [`scallop_height`] and [`effective_radius`], and a step-over above 2 R.
     pub fn height(&self, stepover: Length) -> Result<Length, PassFault> {
         let diameter_mm = self.diameter_mm();
         let height = scallop_height(stepover, self.effective_radius()?, self.surface)?;
@@ -64,7 +64,7 @@ impl CutterPass {
     /// The largest step-over that leaves at most `height`, never above 2 R for a cutter with a flat end.
     ///
     /// # Errors
-    /// Whatever [`largest_stepover`] and [`effective_radius`] refuse.
+    /// The faults of [`largest_stepover`] and [`effective_radius`].
     pub fn largest_stepover(&self, height: Length) -> Result<Length, PassFault> {
         let largest = largest_stepover(height, self.effective_radius()?, self.surface)?;
         if self.tool.is_ball() {
@@ -73,11 +73,11 @@ impl CutterPass {
         Ok(Length::from_mm(largest.mm().min(self.diameter_mm())))
     }
 
-    /// The smallest cutter radius R that leaves at most `height` at this step-over, corner radius and lead angle kept (a
-    /// ball stays a ball). `None` where no cutter does.
+    /// The smallest cutter radius R that leaves at most `height` at this step-over, with the same corner radius and
+    /// lead angle (a ball stays a ball). `None` if no cutter does.
     ///
     /// # Errors
-    /// Whatever [`smallest_tool_radius`] and [`cutter_radius`] refuse.
+    /// The faults of [`smallest_tool_radius`] and [`cutter_radius`].
     pub fn smallest_cutter(&self, height: Length, stepover: Length) -> Result<Option<Length>, PassFault> {
         let Some(effective) = smallest_tool_radius(height, stepover, self.surface)? else { return Ok(None) };
         if self.tool.is_ball() {

@@ -1,25 +1,28 @@
-//! Which wear is taken from entries without asking back.
+//! The wear that is accepted from entries without a question.
 
 use crate::units::Length;
 
-/// The most that a radius may have lost by its entries, as a share of the nominal radius. A cutter that lost a fifth no longer cuts
-/// the part that it was chosen for; more is nearly always a slip: another unit, a diameter, or another cutter.
+/// Largest radius loss accepted from entries, as a share of the nominal radius. A cutter that lost a fifth no
+/// longer cuts the part for which it was chosen. A larger loss is nearly always a mistake: another unit, a
+/// diameter, or another cutter.
 pub const MOST_WEAR_OF_RADIUS: f64 = 0.2;
 
-/// Wear that falls by less is taken for the scatter of readings \[µm\]: a land of wear under a microscope is read to 2 to 5 µm.
+/// A decrease of wear below this counts as scatter of readings \[µm\]: flank wear under a microscope is read to 2
+/// to 5 µm.
 pub const FALL_UM: f64 = 10.0;
 
-/// Wear that falls by a smaller share of what was measured before is taken for scatter: that of large wear grows with it.
+/// A decrease by a smaller share of the wear measured before counts as scatter, because scatter grows with the
+/// wear.
 pub const FALL_OF_WEAR: f64 = 0.2;
 
-/// The most wear of a cutter with this nominal radius that is taken from entries.
+/// Largest wear accepted from entries for a cutter with this nominal radius.
 #[must_use]
 pub fn most_wear(radius: Length) -> Length {
     radius * MOST_WEAR_OF_RADIUS
 }
 
-/// Whether a cutter cannot have had both: wear does not grow back, so that the later reading is of another cutter, or one is wrong.
-/// Both in \[µm\].
+/// Whether one cutter cannot have had both values. Wear does not grow back, so the later reading is of another
+/// cutter, or one reading is wrong. Both in \[µm\].
 #[must_use]
 pub fn has_fallen(earlier_um: f64, newest_um: f64) -> bool {
     let fall_um = earlier_um - newest_um;

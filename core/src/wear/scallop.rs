@@ -6,18 +6,19 @@
 use super::{ScallopFault, ScallopQuantity, Surface};
 use crate::units::Length;
 
-/// Lengths taken for real \[mm\]: from a picometre to a thousand kilometres, so that no intermediate leaves the range
-/// of a double and effective radii of nearly flat cutters fit.
+/// Accepted lengths \[mm\]: from a picometre to a thousand kilometres, so that no intermediate value leaves the
+/// range of a double, and effective radii of nearly flat cutters fit.
 const MIN_MM: f64 = 1e-9;
 const MAX_MM: f64 = 1e9;
-/// A bound counts as kept when rounding alone breaks it: the answer of an inverse may be asked again (relative).
+/// A bound counts as kept if only rounding breaks it, so that the result of an inverse can be passed in again
+/// (relative).
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Scallop height h at step-over `stepover` (D) of a ball of radius `tool_radius` (r), above the surface along its
 /// normal half way between the passes (P3 eq. (4)).
 ///
-/// Relative error at most 1e-14, up to where passes just meet: r − w and 1 − s are taken from the lengths themselves.
-/// D = 0, and a concave surface of the tool's own radius, give 0.
+/// Relative error at most 1e-14, up to the point where passes just meet: r − w and 1 − s are computed from the
+/// lengths themselves. D = 0, and a concave surface with the tool's own radius, give 0.
 ///
 /// # Errors
 /// A length not in [1e-9, 1e9] mm (D may be 0), a concave surface narrower than the tool, passes that do not meet
@@ -49,7 +50,7 @@ pub fn scallop_height(
             let c = ((rs - half) * (rs + half)).sqrt() / rs;
             let q = (left_mm(k, r, rs, half) * (r + w)).sqrt();
             if a * c + q <= 0.0 {
-                // a convex surface far narrower than the tool, at its whole width
+                // A convex surface far narrower than the tool, at its whole width.
                 return Ok(Length::from_mm(highest_mm(k, r, rs)));
             }
             let factor = if k > 0.0 { rs * (1.0 + (rs + 2.0 * r) / (a * c + q)) } else { rs + a * c + q };
@@ -61,7 +62,7 @@ pub fn scallop_height(
 
 /// The largest step-over D that leaves at most `height`: closed form.
 ///
-/// Where `height` is as high as a scallop can get, D is where neighbouring passes just meet, or 2 Rs.
+/// If `height` is as high as a scallop can get, D is the value at which neighbouring passes just meet, or 2 Rs.
 ///
 /// # Errors
 /// A length not in [1e-9, 1e9] mm (the height may be 0), a concave surface narrower than the tool.
@@ -83,7 +84,7 @@ pub fn largest_stepover(
                 widest_mm(k, r, rs)
             } else {
                 let a = rs + k * r;
-                // 1 − cos of half the angle between the passes, seen from the surface's centre
+                // 1 − cos of half the angle between the passes, as seen from the surface's centre.
                 let v = h * (2.0 * r - h) / (2.0 * a * (rs + k * h));
                 if v >= 1.0 { 2.0 * rs } else { 2.0 * rs * (v * (2.0 - v)).sqrt() }
             }
@@ -92,10 +93,11 @@ pub fn largest_stepover(
     Ok(Length::from_mm(stepover_mm))
 }
 
-/// The smallest tool radius r that leaves at most `height` at step-over D: closed form. A ball worn below it is at its
-/// limit. `None` where no tool up to 1e9 mm does: `height` is 0, or a convex surface bulges higher over the chord.
+/// The smallest tool radius r that leaves at most `height` at step-over D: closed form. A ball worn below it has
+/// reached its limit. `None` if no tool up to 1e9 mm does: `height` is 0, or a convex surface bulges higher over
+/// the chord.
 ///
-/// Never below the radius at which neighbouring passes just meet; 0 where D = 0.
+/// Never below the radius at which neighbouring passes just meet; 0 if D = 0.
 ///
 /// # Errors
 /// A length not in [1e-9, 1e9] mm (height and D may be 0), D > 2 Rs.
@@ -117,7 +119,7 @@ pub fn smallest_tool_radius(
             if h >= half {
                 Some(half)
             } else {
-                // In this order nothing overflows: h/D is below 1/2.
+                // In this order no value overflows: h/D is below 1/2.
                 (h > 0.0).then(|| 0.5 * h + half * (half / (2.0 * h)))
             }
         }
@@ -127,7 +129,7 @@ pub fn smallest_tool_radius(
             let s = half / rs;
             let c = ((rs - half) * (rs + half)).sqrt() / rs;
             let v = s * s / (1.0 + c);
-            // where passes just meet: w = r; a convex surface has no such radius at D = 2 Rs
+            // Where passes just meet: w = r; a convex surface has no such radius at D = 2 Rs.
             let least = half / (1.0 - k * s);
             if least.is_finite() && h >= highest_mm(k, least, rs) {
                 Some(least)
@@ -135,18 +137,18 @@ pub fn smallest_tool_radius(
                 let rho = rs + k * h;
                 let open = h - k * rho * v;
                 let radius = (h * h + 2.0 * rs * rho * v) / (2.0 * open);
-                // a tool larger than a concave surface gouges it: rounding must not ask for one
+                // A tool larger than a concave surface gouges it: rounding must not give such a radius.
                 let radius = if k < 0.0 { radius.min(rs) } else { radius };
                 (open > 0.0).then_some(radius.max(least))
             }
         }
     };
-    // Beyond the range there is no tool, and no answer that could be asked again.
+    // Beyond the range there is no tool, and no result that could be passed in again.
     Ok(radius_mm.filter(|radius_mm| *radius_mm <= MAX_MM).map(Length::from_mm))
 }
 
-/// r − w = (r·Rs − (Rs + k·r)·D/2)/Rs \[mm\] without the cancellation: the products and the sum keep what rounding takes
-/// from them. Not below 0.
+/// r − w = (r·Rs − (Rs + k·r)·D/2)/Rs \[mm\] without cancellation: the products and the sum keep their rounding
+/// errors. Not below 0.
 fn left_mm(k: f64, r: f64, rs: f64, half: f64) -> f64 {
     let (a, a_rest) = two_sum(rs, k * r);
     let (reach, reach_rest) = two_product(r, rs);
@@ -154,14 +156,14 @@ fn left_mm(k: f64, r: f64, rs: f64, half: f64) -> f64 {
     (((reach - taken) + (reach_rest - taken_rest - a_rest * half)) / rs).max(0.0)
 }
 
-/// The sum of two numbers and what rounding took from it (Knuth).
+/// The sum of two numbers and its rounding error (Knuth).
 fn two_sum(x: f64, y: f64) -> (f64, f64) {
     let sum = x + y;
     let part = sum - x;
     (sum, (x - (sum - part)) + (y - part))
 }
 
-/// The product of two numbers below 1e290 and what rounding took from it (Dekker), without a fused multiply-add.
+/// The product of two numbers below 1e290 and its rounding error (Dekker), without a fused multiply-add.
 fn two_product(x: f64, y: f64) -> (f64, f64) {
     let product = x * y;
     let ((x0, x1), (y0, y1)) = (halves(x), halves(y));
@@ -175,7 +177,7 @@ fn halves(x: f64) -> (f64, f64) {
     (high, x - high)
 }
 
-/// The scallop where neighbouring passes just meet, or as far apart as the surface lets them \[mm\].
+/// The scallop where neighbouring passes just meet, or are as far apart as the surface allows \[mm\].
 fn highest_mm(k: f64, r: f64, rs: f64) -> f64 {
     let a = rs + k * r;
     if a >= r {
@@ -193,7 +195,7 @@ fn widest_mm(k: f64, r: f64, rs: f64) -> f64 {
     if a >= r { 2.0 * rs * (r / a) } else { 2.0 * rs }
 }
 
-/// The value, or the bound where only rounding lies between; nothing beyond it.
+/// The value, or the bound if the value exceeds it by rounding only; `None` beyond that.
 fn kept(value: f64, bound: f64) -> Option<f64> {
     (value <= bound * (1.0 + ROUNDING)).then_some(value.min(bound))
 }

@@ -2,26 +2,26 @@
 
 use thiserror::Error;
 
-/// Which of the numbers of a scallop a fault is about.
+/// The quantity of a scallop that has a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScallopQuantity {
     /// D, the chord between neighbouring contact points.
     Stepover,
-    /// r, the radius of the ball, or the effective one.
+    /// r, the radius of the ball, or the effective radius.
     ToolRadius,
     /// Rs, the radius of the surface.
     SurfaceRadius,
-    /// h allowed.
+    /// The allowed h.
     AllowedHeight,
 }
 
-/// Why there is no scallop height, or no inverse of it; every bound is in the message.
+/// Why there is no scallop height, or no inverse of it. Every bound is in the message.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ScallopFault {
-    /// Not a number, or not one of a real cut.
+    /// Not a number, or not plausible for a cut.
     #[error("{value_mm:e} mm is not between {min_mm:e} mm and {max_mm:e} mm")]
     OutOfRange {
-        /// Which number.
+        /// The quantity.
         quantity: ScallopQuantity,
         /// Its value \[mm\].
         value_mm: f64,
@@ -32,7 +32,7 @@ pub enum ScallopFault {
     },
     /// A concave surface narrower than the tool.
     #[error(
-        "a tool that cuts with a radius of {tool_radius_mm} mm gouges a concave surface of radius {surface_radius_mm} mm: at most {surface_radius_mm} mm"
+        "a tool that cuts with a radius of {tool_radius_mm} mm gouges a concave surface of radius {surface_radius_mm} mm; the tool's radius must be at most {surface_radius_mm} mm"
     )]
     Gouge {
         /// r \[mm\].
@@ -42,7 +42,7 @@ pub enum ScallopFault {
     },
     /// Neighbouring passes leave a strip uncut between them (w > r).
     #[error(
-        "at a step-over of {stepover_mm} mm neighbouring passes do not meet: at most {max_stepover_mm} mm"
+        "at a step-over of {stepover_mm} mm neighbouring passes do not meet; the limit is {max_stepover_mm} mm"
     )]
     PassesDoNotMeet {
         /// D \[mm\].
@@ -52,7 +52,7 @@ pub enum ScallopFault {
     },
     /// A chord longer than the surface's diameter.
     #[error(
-        "a step-over of {stepover_mm} mm is no chord of a surface of this radius: at most {max_stepover_mm} mm"
+        "a step-over of {stepover_mm} mm is longer than any chord of a surface of this radius; the limit is {max_stepover_mm} mm"
     )]
     NoChord {
         /// D \[mm\].

@@ -1,4 +1,4 @@
-//! The contact of a nominal cutter stated as a point, as U V W words do.
+//! The contact of a nominal cutter stated as a point, for example by U V W words.
 
 use super::tip_shift::{checked_normal, length_shift_mm};
 use super::{CutterWear, FlatContact, ShiftFault, TipShift, end_milling_shift, side_milling_shift};
@@ -7,16 +7,17 @@ use crate::geometry::{Vec3, across};
 use crate::kinematics::ToolPose;
 use crate::machine::Tool;
 
-/// A shift from a stated contact point, and how far that point lies off the stated cutter.
+/// A shift from a stated contact point, and the distance of that point from the stated cutter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedShift {
     /// The shift.
     pub shift: TipShift,
-    /// Distance of the point from the nominal cutter's surface \[mm\]; above [`Touch::ON_TOOL_MM`] it is worth a warning.
+    /// Distance of the point from the nominal cutter's surface \[mm\]. Above [`Touch::ON_TOOL_MM`] it needs a
+    /// warning.
     pub off_tool_mm: f64,
 }
 
-/// Which part of a cutter a stated contact point stands for.
+/// The part of a cutter to which a stated contact point belongs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StatedSide {
     /// The corner, by its unit normal there, in W.
@@ -26,7 +27,7 @@ pub enum StatedSide {
     },
     /// The flat end.
     Flat,
-    /// The sharp edge of a flat cutter, which has no one normal.
+    /// The sharp edge of a flat cutter, which has more than one normal.
     Edge {
         /// Unit, across t, from the contact toward the axis.
         inward: Vec3,
@@ -36,7 +37,7 @@ pub enum StatedSide {
 /// The part of the nominal cutter at `pose` that is nearest to `contact_mm` in W, and the distance from it \[mm\].
 ///
 /// # Errors
-/// A point on the side away from the part (an undercut), one without a normal.
+/// A point on the side away from the part (an undercut), or a point without a normal.
 pub fn stated_side(
     nominal: &Tool,
     pose: &ToolPose,
@@ -70,12 +71,12 @@ pub fn stated_side(
     Ok((StatedSide::Corner { normal: checked_normal(axis, scaled_normal)? }, off_tool_mm))
 }
 
-/// [`end_milling_shift`] for the nominal cutter at `pose` touching at `contact_mm` in W. A point off the cutter counts
-/// with the normal of the nearest point of its corner, and is reported with its distance.
+/// [`end_milling_shift`] for the nominal cutter at `pose` touching at `contact_mm` in W. A point off the cutter
+/// takes the normal of the nearest point of its corner, and is reported with its distance.
 ///
 /// # Errors
-/// A point on the side away from the part (an undercut), one without a normal, one on the edge of a flat cutter where
-/// the worn one has a corner radius.
+/// A point on the side away from the part (an undercut), a point without a normal, or a point on the edge of a flat
+/// cutter if the worn one has a corner radius.
 pub fn end_milling_shift_at(
     wear: &CutterWear,
     pose: &ToolPose,
@@ -93,7 +94,7 @@ pub fn end_milling_shift_at(
     Ok(StatedShift { shift, off_tool_mm })
 }
 
-/// On the sharp edge of a flat cutter: only the side is known, and only another sharp edge can be put there.
+/// On the sharp edge of a flat cutter only the side is known, and only another sharp edge can be put there.
 fn edge(wear: &CutterWear, axis: Vec3, inward: Vec3) -> Result<TipShift, ShiftFault> {
     let corner_mm = wear.actual.corner_radius().mm();
     if corner_mm > 0.0 {
@@ -103,8 +104,8 @@ fn edge(wear: &CutterWear, axis: Vec3, inward: Vec3) -> Result<TipShift, ShiftFa
     Ok(TipShift { shift_mm, note: None })
 }
 
-/// [`side_milling_shift`] for the flank of the nominal cutter at `pose` touching at `contact_mm` in W; the normal is
-/// the direction from the point to the axis.
+/// [`side_milling_shift`] for the flank of the nominal cutter at `pose` touching at `contact_mm` in W. The normal
+/// is the direction from the point to the axis.
 ///
 /// # Errors
 /// A point on the tool axis.

@@ -5,14 +5,14 @@ use crate::units::Length;
 /// The surface between neighbouring passes, across the feed: flat, or of constant normal curvature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Surface {
-    /// No curvature.
+    /// A flat surface.
     Flat,
     /// The part bulges toward the tool.
     Convex {
         /// Radius of normal curvature Rs.
         radius: Length,
     },
-    /// The part is hollow: the tool sits inside.
+    /// The part is hollow: the tool is inside.
     Concave {
         /// Radius of normal curvature Rs.
         radius: Length,
@@ -20,7 +20,7 @@ pub enum Surface {
 }
 
 impl Surface {
-    /// k (+1 convex, −1 concave) and Rs \[mm\]; none where the surface is flat.
+    /// k (+1 convex, −1 concave) and Rs \[mm\]; `None` for a flat surface.
     pub(super) fn curvature(self) -> Option<(f64, f64)> {
         match self {
             Self::Flat => None,

@@ -1,4 +1,4 @@
-//! Wear that differs along the corner: a table over the contact angle, as some controls have it.
+//! Wear that differs along the corner: a table over the contact angle, as in some controls.
 
 use thiserror::Error;
 
@@ -7,34 +7,34 @@ use super::{ShiftFault, TipShift};
 use crate::geometry::{Vec3, angle_between};
 use crate::units::{Angle, Length};
 
-/// Deviation δ of a cutter's corner over the contact angle ψ between surface normal and tool axis: how much farther out
-/// (negative where worn) the tangent plane lies, counted from the nominal corner. Linear between the entries.
+/// Deviation δ of a cutter's corner over the contact angle ψ between surface normal and tool axis: how much farther
+/// out (negative if worn) the tangent plane is than that of the nominal corner. Linear between the entries.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearTable {
-    /// Angle \[rad\] and deviation \[mm\], angles rising from 0.
+    /// Angle \[rad\] and deviation \[mm\], with angles rising from 0.
     entries: Vec<(f64, f64)>,
 }
 
-/// What is wrong with a table.
+/// A fault of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum WearTableFault {
-    /// The tip's own deviation is needed: the tip is what a length is measured at.
-    #[error("a wear table begins at 0°")]
+    /// The tip's own deviation is missing. Lengths are measured at the tip.
+    #[error("a wear table must begin at 0°; add an entry for the tip")]
     NoTip,
-    /// Angles that do not rise, or lie beyond the flank.
+    /// Angles that do not rise, or that are beyond the flank.
     #[error("entry {index}: a contact angle of {angle_deg}° is not above {above_deg}° and at most 90°")]
     Angle {
-        /// Which entry, from 0.
+        /// Index of the entry, from 0.
         index: usize,
         /// Its angle \[deg\].
         angle_deg: f64,
         /// The angle before it \[deg\].
         above_deg: f64,
     },
-    /// A deviation of no cutter.
+    /// A deviation that is not plausible.
     #[error("entry {index}: a deviation of {deviation_mm:e} mm is not between −{max_mm} mm and {max_mm} mm")]
     Deviation {
-        /// Which entry, from 0.
+        /// Index of the entry, from 0.
         index: usize,
         /// Its deviation \[mm\].
         deviation_mm: f64,
@@ -44,15 +44,15 @@ pub enum WearTableFault {
 }
 
 impl WearTable {
-    /// Largest deviation taken for wear or regrinding \[mm\].
+    /// Largest deviation accepted for wear or regrinding \[mm\].
     pub const MAX_DEVIATION_MM: f64 = 10.0;
-    /// Rounding that a last entry of 90° may carry \[rad\].
+    /// Accepted rounding of a last entry of 90° \[rad\].
     const ANGLE_SLACK_RAD: f64 = 1e-9;
 
     /// A table of contact angles, rising from 0 to at most 90°, with their deviations.
     ///
     /// # Errors
-    /// The first entry that does not fit.
+    /// The first invalid entry.
     pub fn new(entries: &[(Angle, Length)]) -> Result<Self, WearTableFault> {
         let first = entries.first().map(|(angle, _)| angle.rad());
         if first != Some(0.0) {
@@ -75,19 +75,19 @@ impl WearTable {
         Ok(Self { entries: entries.iter().map(|(angle, deviation)| (angle.rad(), deviation.mm())).collect() })
     }
 
-    /// Whether the table says of every angle that nothing is worn.
+    /// Whether the table has no wear at any angle.
     #[must_use]
     pub fn is_zero(&self) -> bool {
         self.entries.iter().all(|(_, deviation_mm)| deviation_mm.abs() <= 0.0)
     }
 
-    /// Whether the cutter lies farther out than the nominal corner anywhere.
+    /// Whether the cutter is farther out than the nominal corner anywhere.
     #[must_use]
     pub fn is_above_zero(&self) -> bool {
         self.entries.iter().any(|(_, deviation_mm)| *deviation_mm > 0.0)
     }
 
-    /// δ at this contact angle; none beyond the last entry.
+    /// δ at this contact angle; `None` beyond the last entry.
     #[must_use]
     pub fn deviation(&self, contact_angle: Angle) -> Option<Length> {
         let angle_rad = contact_angle.rad();
@@ -103,15 +103,15 @@ impl WearTable {
         Some(Length::from_mm(deviation_mm))
     }
 
-    /// The shift that keeps an end-milling contact with this normal (out of the part, any length) and unit tool axis, both
-    /// in W: `Δ = δ(ψ)·n − δ(0)·t − ΔL·t`. A constant δ is a ball of another radius; the tip is that of the worn cutter,
-    /// with its own measured length in the control, but for ΔL.
+    /// The shift that keeps an end-milling contact with this normal (out of the part, any length) and unit tool
+    /// axis, both in W: `Δ = δ(ψ)·n − δ(0)·t − ΔL·t`. A constant δ is a ball of another radius. The tip is that of
+    /// the worn cutter, with its own measured length in the control, except for ΔL.
     ///
     /// # Errors
     /// A normal without length, an undercut, a contact angle beyond the table.
     pub fn shift(&self, axis: Vec3, normal: Vec3, shorter_by: Length) -> Result<TipShift, ShiftFault> {
         let n = checked_normal(axis, normal)?;
-        // A normal a whisker beyond the flank is on it.
+        // A normal slightly beyond the flank counts as on it.
         let angle = Angle::from_rad(angle_between(n, axis).min(std::f64::consts::FRAC_PI_2));
         let (first_mm, last_rad) = (
             self.entries.first().map_or(0.0, |(_, deviation_mm)| *deviation_mm),

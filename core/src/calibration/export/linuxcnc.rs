@@ -15,7 +15,7 @@ use crate::units::UM_PER_MM;
 pub enum LinuxCncFault {
     /// No module has these axes in this order.
     #[error(
-        "no kinematics module whose formulas are public has a {side:?} axis {first} that carries or stands beside a {other_side:?} axis {second}"
+        "no kinematics module with public formulas has a {side:?} axis {first} that carries, or is beside, a {other_side:?} axis {second}"
     )]
     NoModule {
         /// Letter of the first axis of the profile.
@@ -27,9 +27,9 @@ pub enum LinuxCncFault {
         /// Its side.
         other_side: Side,
     },
-    /// The module takes a direction for exact that the machine does not have.
+    /// The module assumes an exact direction, but the machine has another one.
     #[error(
-        "{module} takes {axis} for parallel to its machine axis; here it is nominally tilted by {tilt_rad} rad, at most {max_rad} rad are left as an error"
+        "{module} assumes {axis} parallel to its machine axis; here it is nominally tilted by {tilt_rad} rad, and at most {max_rad} rad can remain as an error"
     )]
     Tilted {
         /// Name of the module.
@@ -38,22 +38,22 @@ pub enum LinuxCncFault {
         axis: char,
         /// Nominal angle to the machine axis \[rad\].
         tilt_rad: f64,
-        /// Largest taken for an error \[rad\].
+        /// Largest tilt that can remain as an error \[rad\].
         max_rad: f64,
     },
-    /// The module counts an axis the other way.
-    #[error("{module} counts {axis} {}, this machine counts it the other way", if *as_iso_841 { "as ISO 841" } else { "opposite to ISO 841" })]
+    /// The module counts an axis in the opposite direction.
+    #[error("{module} counts {axis} {}, but this machine counts it in the opposite direction", if *as_iso_841 { "as ISO 841" } else { "opposite to ISO 841" })]
     Sense {
         /// Name of the module.
         module: &'static str,
         /// Letter of the axis.
         axis: char,
-        /// How the module counts.
+        /// True if the module counts as ISO 841.
         as_iso_841: bool,
     },
-    /// The module counts both axes alike, the machine does not.
+    /// The module counts both axes in the same way, but the machine does not.
     #[error(
-        "{module} counts both axes as ISO 841 or both opposite to it; this machine counts only {axis} as ISO 841"
+        "{module} counts both axes as ISO 841, or both opposite to it; this machine counts only {axis} as ISO 841"
     )]
     UnlikeSenses {
         /// Name of the module.
@@ -61,9 +61,9 @@ pub enum LinuxCncFault {
         /// Letter of the axis counted as ISO 841.
         axis: char,
     },
-    /// The axis of a head does not meet the spindle's line.
+    /// The axis of a head does not intersect the spindle's line.
     #[error(
-        "{module} takes {axis} for meeting the spindle's line; here it is nominally {distance_mm} mm away, at most {max_mm} mm are left as an error"
+        "{module} assumes that {axis} intersects the spindle's line; here it is nominally {distance_mm} mm away, and at most {max_mm} mm can remain as an error"
     )]
     OffSpindle {
         /// Name of the module.
@@ -72,45 +72,46 @@ pub enum LinuxCncFault {
         axis: char,
         /// Nominal distance \[mm\].
         distance_mm: f64,
-        /// Largest taken for an error \[mm\].
+        /// Largest distance that can remain as an error \[mm\].
         max_mm: f64,
     },
-    /// A radius that is none.
-    #[error("a radius of {radius_mm} mm is not above 0 and at most {max_mm} mm")]
+    /// A radius out of range.
+    #[error("the radius of {radius_mm} mm must be above 0 and at most {max_mm} mm")]
     Radius {
-        /// Given \[mm\].
+        /// The radius given \[mm\].
         radius_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
 }
 
-/// Pins, what they leave, and the text that sets them.
+/// Pins, the errors that remain, and the text that sets the pins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinuxCncExport {
     /// The module.
     pub module: LinuxCncModule,
     /// Names without the module's prefix, and values as printed \[mm\].
     pub pins: Vec<(&'static str, f64)>,
-    /// What the module cannot take: tilts, and of a head offsets from the spindle's line.
+    /// Errors that the module cannot hold: tilts, and for a head also offsets from the spindle's line.
     pub remaining: RemainingError,
-    /// `setp` commands for a HAL file, with what they mean.
+    /// `setp` commands for a HAL file, with their meaning.
     pub text: String,
 }
 
-/// Nominal tilt above which a machine is built that way \[rad\]; below, it is an error that stays.
+/// A larger nominal tilt belongs to the machine's design \[rad\]. A smaller one is an error that remains.
 const MAX_TILT_RAD: f64 = 0.01;
-/// Nominal distance from the spindle's line above which a head is built that way \[mm\].
+/// A larger nominal distance from the spindle's line belongs to a head's design \[mm\].
 const MAX_OFFSET_MM: f64 = 1.0;
 
 /// The calibrated machine as HAL pins of the module that has its axes ([`LinuxCncModule`]: formulas and sources).
 ///
-/// The modules shift axes but do not tilt them. Table lines are given where they come nearest each other, a head's tilting
-/// line by its height; what remains is told for tips at `radius_mm` ([`RemainingError`]). Pins are in mm, for a
-/// configuration in mm whose machine coordinates are those of the profile. Squareness is no part of any module.
+/// The modules shift axes but do not tilt them. Table lines are set at the points where they are nearest to each
+/// other, a head's tilting line by its height. The remaining error is given for tips at `radius_mm`
+/// ([`RemainingError`]). Pins are in mm, for a configuration in mm whose machine coordinates are those of the
+/// profile. No module includes squareness.
 ///
 /// # Errors
-/// Every fact by which no module moves like the machine, or the radius is none.
+/// Every reason why no module moves like the machine, or a radius out of range.
 pub fn linuxcnc(machine: &Machine, radius_mm: f64) -> Result<LinuxCncExport, Vec<LinuxCncFault>> {
     let mut faults = Vec::new();
     let max_mm = Machine::MAX_LENGTH_MM;
@@ -136,7 +137,7 @@ pub fn linuxcnc(machine: &Machine, radius_mm: f64) -> Result<LinuxCncExport, Vec
     check_nominal(machine, module, &mut faults);
     let conventional = check_senses(machine, module, &mut faults);
     let lines = machine.screws(true);
-    // Parallel axes are no machine; the angle between calibrated axes is checked with the profile.
+    // A machine with parallel axes is refused. The angle between calibrated axes is checked with the profile.
     let between = CommonPerpendicular::of(&lines[0], &lines[1]);
     let feet_mm = between.map_or(lines.map(|line| line.point_mm), |between| between.feet_mm);
     if !faults.is_empty() {
@@ -150,7 +151,7 @@ pub fn linuxcnc(machine: &Machine, radius_mm: f64) -> Result<LinuxCncExport, Vec
     Ok(LinuxCncExport { module, pins, remaining, text })
 }
 
-/// The module's lines with the senses of the profile's directions.
+/// The module's lines in the directions of the profile.
 fn upright(machine: &Machine, lines: [Screw; 2]) -> [Screw; 2] {
     std::array::from_fn(|k| {
         let Screw { direction, point_mm } = lines[k];
@@ -170,7 +171,7 @@ fn check_nominal(machine: &Machine, module: LinuxCncModule, faults: &mut Vec<Lin
         }
         if module.side() == Side::Head {
             let off = axis.direction.cross(&Machine::TOOL_AXIS);
-            // C lies along the spindle's line, B crosses it
+            // C lies along the spindle's line, and B crosses it.
             let distance_mm = if axis.letter == RotaryLetter::C {
                 axis.point_mm.cross(&Machine::TOOL_AXIS).norm()
             } else {
@@ -189,7 +190,7 @@ fn check_nominal(machine: &Machine, module: LinuxCncModule, faults: &mut Vec<Lin
     }
 }
 
-/// Whether the pin `conventional-directions` is to be set, where the module has one.
+/// Whether to set the pin `conventional-directions`, if the module has one.
 fn check_senses(machine: &Machine, module: LinuxCncModule, faults: &mut Vec<LinuxCncFault>) -> Option<bool> {
     let axes = machine.rotary_axes();
     let directions = module.directions();
@@ -227,20 +228,20 @@ fn text(
 ) -> String {
     let name = module.name();
     let mut lines = vec![
-        format!("# Rotary axes as calibrated, for LinuxCNC, kinematics module {name}"),
+        format!("# Calibrated rotary axes for LinuxCNC, kinematics module {name}"),
         format!("# Machine: {}", in_comment(machine.name())),
         String::from(
             "# Values in mm, for a configuration with LINEAR_UNITS = mm whose machine coordinates are those of",
         ),
-        String::from("# the profile. The tool's length is not among them."),
+        String::from("# the profile. The tool length is not included."),
     ];
     match module.tool_pin() {
         Some(pin) => {
-            lines.push(String::from("# It has to come from the tool in use:"));
+            lines.push(String::from("# It must come from the tool in use:"));
             lines.push(format!("#   net :tool-offset motion.tooloffset.z {name}.{pin}"));
         }
         None => lines.push(String::from(
-            "# pivot-length is the distance from the B axis to the gauge point; with a tool the distance to its tip counts.",
+            "# pivot-length is the distance from the B axis to the gauge point; with a tool, use the distance to its tip.",
         )),
     }
     lines.extend(pins.iter().map(|(pin, value)| format!("setp {name}.{pin} {}", millimetres(*value))));
@@ -253,16 +254,16 @@ fn text(
             lines.push(String::from("# Both words count opposite to ISO 841, as the module does by default: conventional-directions stays 0."));
             if module == LinuxCncModule::XyzbcTrt {
                 lines.push(String::from(
-                    "# Check the version: where the pin was first added, the inverse of this module takes the part of z-offset in\n# X with the wrong sign unless the pin is 1; forward and inverse then disagree.",
+                    "# Check the version: in the first version with this pin, the inverse of this module uses the part of z-offset in\n# X with the wrong sign unless the pin is 1; forward and inverse then disagree.",
                 ));
             }
         }
         None if module == LinuxCncModule::XyzabTdr => lines.push(String::from(
-            "# Check the version: the first one had a wrong sign in its forward kinematics (mended by pull request 2320).",
+            "# Check the version: the first one had a wrong sign in its forward kinematics (fixed by pull request 2320).",
         )),
         None => {}
     }
-    lines.push(String::from("# Not in these values, because the module has no place for it:"));
+    lines.push(String::from("# Not included in these values, because the module has no parameter for it:"));
     let directions = upright(machine, module.lines(pins)).map(|line| line.direction);
     for ((axis, line), direction) in machine.rotary_axes().iter().zip(machine.screws(true)).zip(directions) {
         let tilt_rad = shortest_turn_rad(direction, line.direction);
@@ -280,7 +281,7 @@ fn text(
         let at = c.point_mm + c.direction * ((pivot_mm - c.point_mm.z) / c.direction.z);
         let x_mm = b.point_mm.x - b.direction.x * (b.point_mm.y / b.direction.y);
         lines.push(format!(
-            "#   at the pivot's height C stands at X {} Y {}, and B at X {}, from the spindle's line",
+            "#   at the pivot's height C is at X {} Y {}, and B at X {}, from the spindle's line",
             millimetres(at.x),
             millimetres(at.y),
             millimetres(x_mm)

@@ -3,25 +3,27 @@
 use crate::geometry::{Screw, Vec3};
 use crate::machine::{RotaryLetter, Side};
 
-/// A kinematics module: which axes it turns about which machine axis, in which sense, and what its pins shift.
+/// A kinematics module: its axes, the machine axis about which each turns, their directions, and the effect of its
+/// pins.
 ///
-/// Sources, read as formulas and told here in our own words (no code is taken over): repository `LinuxCNC/linuxcnc`,
-/// `src/emc/kinematics/trtfuncs.c` (both `trt` modules), `src/hal/components/xyzab_tdr_kins.comp`,
-/// `src/emc/kinematics/5axiskins.c`; the manual's chapter "5-Axis Kinematics" (`docs/src/motion/5-axis-kinematics.adoc`)
-/// for the offsets, the sense and the tool's length; pull request 3482 for `conventional-directions`, issue 2435 for the
-/// senses, pull request 2320 for `xyzab_tdr_kins`.
+/// Sources, read as formulas and described in our own words (no code is taken over): repository
+/// `LinuxCNC/linuxcnc`, `src/emc/kinematics/trtfuncs.c` (both `trt` modules),
+/// `src/hal/components/xyzab_tdr_kins.comp`, `src/emc/kinematics/5axiskins.c`; the manual's chapter "5-Axis
+/// Kinematics" (`docs/src/motion/5-axis-kinematics.adoc`) for the offsets, the direction and the tool's length;
+/// pull request 3482 for `conventional-directions`, issue 2435 for the directions, pull request 2320 for
+/// `xyzab_tdr_kins`.
 ///
-/// With w, q the tip in the workpiece and the words of X Y Z, lengths of tools taken out:
+/// w is the tip in the workpiece, and q the words of X Y Z, without tool lengths:
 ///
 /// - `trt`: `q = p₁ + R₁(p₂ − p₁ + R_C(w − p₂))` with p₂ = `rot-point` on C and p₁ = `rot-point` + `offset` on the tilting
 ///   axis; the tool length (`tool-offset`) only moves Z to the tip. R turns by the word, not by its negative, which is
 ///   opposite to ISO 841, unless `conventional-directions` is set.
-/// - `xyzab_tdr_kins`: `w = p₂ + R_A(p₁ − p₂ + R_B(q − p₁))` with `rot-point` = p₁ on B, p₂ = p₁ + (0, 0, `z-offset`) on A
-///   (its y is that of `rot-point`); both words as ISO 841. Its `x-offset` cancels.
+/// - `xyzab_tdr_kins`: `w = p₂ + R_A(p₁ − p₂ + R_B(q − p₁))` with `rot-point` = p₁ on B, p₂ = p₁ + (0, 0,
+///   `z-offset`) on A (its y is that of `rot-point`); both words as ISO 841. Its `x-offset` cancels out.
 /// - `5axiskins`: `w = q + (0, 0, L) + L·(sin B cos C, sin B sin C, −cos B)`, L = `pivot-length`: C as ISO 841, B opposite.
 ///
-/// `maxkins` (head B, table C) is left out: it adds the head's displacement without turning it by C, so that no
-/// machine of this crate moves like it.
+/// `maxkins` (head B, table C) is left out: it adds the head's displacement without turning it by C, so no machine
+/// of this crate moves like it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LinuxCncModule {
     /// `xyzac-trt-kins`: table A on the bed carries table C.
@@ -34,20 +36,20 @@ pub enum LinuxCncModule {
     FiveAxis,
 }
 
-/// In which senses a module counts its two axes, +1 as ISO 841.
+/// The directions in which a module counts its two axes; +1 is ISO 841.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Senses {
-    /// These and no others.
+    /// Only these.
     Fixed([f64; 2]),
-    /// Both alike: as ISO 841 with the pin `conventional-directions`, else opposite.
+    /// Both in the same way: as ISO 841 with the pin `conventional-directions`, otherwise opposite.
     Alike,
 }
 
 impl LinuxCncModule {
-    /// Every module.
+    /// All modules.
     pub const ALL: [Self; 4] = [Self::XyzacTrt, Self::XyzbcTrt, Self::XyzabTdr, Self::FiveAxis];
 
-    /// The name with which it is loaded, also the prefix of its pins.
+    /// The name by which it is loaded, and the prefix of its pins.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -77,7 +79,7 @@ impl LinuxCncModule {
         }
     }
 
-    /// Directions that the module takes for exact.
+    /// Directions that the module assumes to be exact.
     pub(super) fn directions(self) -> [Vec3; 2] {
         self.letters().map(|letter| match letter {
             RotaryLetter::A => Vec3::x(),
@@ -94,7 +96,7 @@ impl LinuxCncModule {
         }
     }
 
-    /// Name of the pin that takes the tool's length, if there is one.
+    /// Name of the pin for the tool's length, if there is one.
     pub(super) const fn tool_pin(self) -> Option<&'static str> {
         match self {
             Self::XyzacTrt | Self::XyzbcTrt => Some("tool-offset"),
@@ -126,7 +128,7 @@ impl LinuxCncModule {
         pins
     }
 
-    /// The lines that the module moves with, when its pins have these values; the inverse of [`Self::pins`].
+    /// The lines with which the module moves if its pins have these values; the inverse of [`Self::pins`].
     pub(super) fn lines(self, pins: &[(&'static str, f64)]) -> [Screw; 2] {
         let pin = |name: &str| pins.iter().find(|(pin, _)| *pin == name).map_or(0.0, |(_, value)| *value);
         let rot_point = Vec3::new(pin("x-rot-point"), pin("y-rot-point"), pin("z-rot-point"));

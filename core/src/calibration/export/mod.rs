@@ -1,8 +1,9 @@
-//! Calibrated axes as text for a control, from sources that anyone can read.
+//! Calibrated axes as text for a control, based on public sources.
 //!
 //! [`neutral`]: ISO 230-7 symbols, cascaded values and lines, complete and at full precision. [`linuxcnc`] and
-//! [`siemens`]: what those controls take, as far as a public source fixes what a value means; what none fixes is left
-//! out, and the text says so. Read back, each text gives the axes it was made from (`tests/oracles/control_export.rs`).
+//! [`siemens`]: the values that those controls accept, as far as a public source defines their meaning. Values
+//! without such a source are left out, and the text says so. Reading a text back gives the axes from which it was
+//! made (`tests/oracles/control_export.rs`).
 
 mod linuxcnc;
 mod linuxcnc_modules;

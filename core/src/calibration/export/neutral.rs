@@ -7,32 +7,32 @@ use crate::calibration::{COMPONENT_NAMES, ErrorParameter, absolute_errors, iso_2
 use crate::machine::{Machine, Side};
 use crate::units::URAD_PER_RAD;
 
-/// What the values mean, above them in the text.
+/// The meaning of the values, at the top of the text.
 const PREAMBLE: &str = "\
-# Rotary axes of a five-axis machine as calibrated. The text is TOML; numbers carry their unit in their name and as
-# many digits as they have.
+# Calibrated rotary axes of a five-axis machine. The text is TOML. Numbers have their unit in their name, and all
+# their digits.
 #
 # Frame and sense. M is right-handed along X Y Z; head points are relative to the gauge point with all axes at zero. A
 # positive word is the motion of the tool relative to the workpiece (ISO 841): a head axis turns by +word about its
-# direction (right hand), a table axis, which carries the workpiece, by -word; the other way round where
-# counts_opposite_to_iso_841 is true. A line or an error is where an axis IS, seen in M, minus where it is nominally;
+# direction (right hand), a table axis, which carries the workpiece, by -word. Both turn the opposite way if
+# counts_opposite_to_iso_841 is true. An error is the REAL position of an axis, seen in M, minus its nominal one;
 # a positive rotation is right-handed about +X, +Y or +Z.
 #
-# calibrated_*: the line itself, errors of the axes that carry it included.
-# location_error: cascaded. Displacement of the axis' own frame, rotation vector about nominal_point_mm, everything it
-#   carries moves along: line = G_1 ... G_r (nominal line), G = translation(e_x, e_y, e_z) rotation(e_a, e_b, e_c),
-#   axes in this order outward, from the bed for tables and from the ram for heads.
+# calibrated_*: the line itself, with the errors of the axes that carry it.
+# location_error: cascaded. Displacement of the axis' own frame, with the rotation vector about nominal_point_mm.
+#   Everything it carries moves along: line = G_1 ... G_r (nominal line), G = translation(e_x, e_y, e_z)
+#   rotation(e_a, e_b, e_c), axes in this order outward, from the bed for tables and from the ram for heads.
 # iso_230: ISO 230-7 symbols, absolute: each axis against M. Translation of nominal_point_mm, and rotation vector, under
-#   G_1 ... G_r, to first order in the errors, without the parts along and about the axis' own direction, which move no
-#   line; components named redundant are nothing else. The two kinds must not be mixed.
+#   G_1 ... G_r, to first order in the errors. The parts along and about the axis' own direction move no line: they are
+#   left out and listed as redundant. The two kinds must not be mixed.
 # squareness_urad: e_c0y turns Y about Z, e_b0z and e_a0z turn Z about Y and X; X is the reference.
 ";
 
 /// The calibration of a machine with ISO 230-7 names (absolute), the cascaded values of the profile, and both axes'
 /// lines, nominal and calibrated, at full precision, as a TOML text that states its sign convention.
 ///
-/// Translations in µm, rotations in µrad, points in mm. Total: every [`Machine`] has such a text.
-/// ISO 230-7:2015 gives the symbols (`E`, direction of the error, `0`, name of the axis).
+/// Translations in µm, rotations in µrad, points in mm. Every [`Machine`] has such a text. ISO 230-7:2015 defines
+/// the symbols (`E`, direction of the error, `0`, name of the axis).
 #[must_use]
 pub fn neutral(machine: &Machine) -> String {
     let mut out = String::from(PREAMBLE);
@@ -71,7 +71,7 @@ pub fn neutral(machine: &Machine) -> String {
                 line(format!("{symbol}_{unit} = {}", exact(error.value * told_per_unit(component))));
             } else {
                 let comma = if redundant.is_empty() { "" } else { ", " };
-                // writing to a String cannot fail
+                // Writing to a String cannot fail.
                 let _ = write!(redundant, "{comma}\"{symbol}\"");
             }
         }

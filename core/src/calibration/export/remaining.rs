@@ -1,29 +1,30 @@
-//! What a simplified model of a machine leaves of its errors.
+//! The errors that remain when a machine is described by a simplified model.
 
 use crate::geometry::{Screw, Vec3, angle_between};
 use crate::machine::{Machine, Side, Travel};
 
-/// What is still wrong when a control moves along simplified lines, with the linear axes taken for square.
+/// The remaining error when a control moves along simplified lines, with square linear axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RemainingError {
-    /// How far the tool tip stands off \[mm\]: of a table machine every way from the point of the axis next to the
-    /// workpiece that is nearest the other one; of a head below the gauge point.
+    /// Distance of the tool tip from the pivot \[mm\]. For a table machine it is in any direction from the point of
+    /// the axis next to the workpiece that is nearest to the other axis; for a head it is below the gauge point.
     pub radius_mm: f64,
-    /// Largest distance between the tip as commanded and as it is, in the workpiece, at most \[mm\].
+    /// Upper bound on the distance between the commanded and the real tip, in the workpiece \[mm\].
     pub tip_mm: f64,
-    /// Largest angle between the tool axis as commanded and as it is \[rad\].
+    /// Largest angle between the commanded and the real tool axis \[rad\].
     pub axis_rad: f64,
 }
 
-/// Angles tried per axis, ends of the travel included. Between them the maximum is missed by up to 1 − cos(3.75°), 0.2 %.
+/// Angles tried per axis, with the ends of the travel. Between them the maximum is missed by up to 1 − cos(3.75°),
+/// 0.2 %.
 const STEPS: u32 = 48;
 
 impl RemainingError {
-    /// Compares the machine's calibrated lines with `simplified` ones (profile's order) over a grid of angles within
-    /// the travel, ±180° where there is none. Both give the same tip and tool axis at zero.
+    /// Compares the machine's calibrated lines with `simplified` ones (profile's order) over a grid of angles
+    /// within the travel, ±180° for an unlimited axis. Both give the same tip and tool axis at zero.
     ///
-    /// At given angles the tip as it is follows from the tip as commanded by a rigid motion. Where that displaces the
-    /// pivot by b and turns by φ, a tip at radius r around it is displaced by at most `|b| + 2 r sin(φ/2)`.
+    /// At given angles a rigid motion leads from the commanded tip to the real tip. If it displaces the pivot by b
+    /// and turns by φ, a tip at radius r around the pivot is displaced by at most `|b| + 2 r sin(φ/2)`.
     #[must_use]
     pub(super) fn of(machine: &Machine, simplified: &[Screw; 2], pivot_mm: Vec3, radius_mm: f64) -> Self {
         let real = machine.screws(true);
@@ -36,7 +37,7 @@ impl RemainingError {
             worst.axis_rad = worst.axis_rad.max(angle_between(is.axis(), commanded.axis()));
             let off_mm = |tip_mm: Vec3| is.tip_mm(commanded.linear_mm(tip_mm)) - tip_mm;
             let pivot_off_mm = off_mm(pivot_mm);
-            // sum of squares over three unit steps: 2 (2 sin(φ/2))²
+            // Sum of squares over three unit steps: 2 (2 sin(φ/2))².
             let squares: f64 = [Vec3::x(), Vec3::y(), Vec3::z()]
                 .map(|step| (off_mm(pivot_mm + step * radius_mm) - pivot_off_mm).norm_squared())
                 .iter()
@@ -51,12 +52,12 @@ impl RemainingError {
 fn angles_rad(machine: &Machine, index: usize) -> Vec<f64> {
     let axis = &machine.rotary_axes()[index];
     let Travel { min, max } = axis.travel_deg.unwrap_or(Travel { min: -180.0, max: 180.0 });
-    // more than a turn either way repeats
+    // More than a turn either way repeats.
     let (min, max) = (min.max(-180.0), max.min(180.0));
     (0..=STEPS).map(|k| axis.angle_rad(min + (max - min) * f64::from(k) / f64::from(STEPS))).collect()
 }
 
-/// Both axes at angles, along given lines.
+/// Both axes at given angles, along given lines.
 struct Chain<'a> {
     machine: &'a Machine,
     lines: &'a [Screw; 2],
@@ -65,13 +66,13 @@ struct Chain<'a> {
 }
 
 impl Chain<'_> {
-    /// The axes on one side, the one next to the part or the tool first, with their angles.
+    /// The axes on one side with their angles. The axis next to the part or the tool comes first.
     fn side(&self, side: Side) -> impl DoubleEndedIterator<Item = (Screw, f64)> {
         let axes = self.machine.rotary_axes().iter().zip(self.lines).zip(self.angles);
         axes.rev().filter(move |((axis, _), _)| axis.side == side).map(|((_, line), angle)| (*line, angle))
     }
 
-    /// Where head axes take the tip \[mm\].
+    /// Position of the tip after the head axes \[mm\].
     fn head_mm(&self) -> Vec3 {
         let tool = Machine::TOOL_AXIS * self.tool_mm;
         self.side(Side::Head).fold(-tool, |p, (line, angle)| line.carry(angle, p)) + tool

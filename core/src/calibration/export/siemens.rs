@@ -6,7 +6,7 @@ use super::text::{DIRECTION_DECIMALS, MM_DECIMALS, in_comment, millimetres, roun
 use crate::geometry::Vec3;
 use crate::machine::{Machine, RotaryAxis, Side};
 
-/// Where the vectors are to be written.
+/// The target of the vectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SiemensForm {
     /// Machine data of the first transformation of the channel, type 24, 40 or 56.
@@ -21,7 +21,7 @@ struct Vectors {
     transformation: u16,
     /// Letter of the carrier's kinematics: tool, part or mixed.
     carrier: char,
-    /// Machine data, first number of the carrier's three, vector \[mm\].
+    /// Name of the machine data, first number of the carrier's three, vector \[mm\].
     offsets_mm: Vec<(&'static str, u16, Vec3)>,
     /// The axes in the order of the transformation.
     axes: [usize; 2],
@@ -37,25 +37,26 @@ const V: [u16; 2] = [7, 10];
 
 /// The calibrated machine as offset and axis vectors of the generic five-axis transformation, in mm, for every machine.
 ///
-/// What fixes their meaning: Siemens, *SINUMERIK Operate (IM9), Commissioning Manual*, 12/2017, 6FC5397-1DP40-6BA1:
-/// p. 572 (which tool carrier vector is which machine datum for types 24, 40, 56; the chains close; an axis that moves
-/// the workpiece has its direction reversed), p. 567 (axis 2 stands on axis 1; of a mixed machine axis 1 turns the tool), p. 586
-/// (swivel table: from the machine's reference point to axis 1, to axis 2); the same, 03/2013, 6FC5397-1DP40-3BA1, p. 502
-/// (from where to where each offset leads, axes not swivelled). *Function Manual Tool Compensation (W1)*, 08/2005,
-/// 6FC5397-0BP10-0BA0, p. 2-88 (head vectors lead from the tool to the reference point), p. 2-98 (a table about +Y
-/// turned by +45° turns that way itself). *Function Manual Transformations*, 06/2019, A5E47435470B AA, p. 172 (axes that are
-/// not square to each other or not parallel to a machine axis are what the generic transformation is for).
+/// Sources of their meaning: Siemens, *SINUMERIK Operate (IM9), Commissioning Manual*, 12/2017, 6FC5397-1DP40-6BA1:
+/// p. 572 (the machine data for each tool carrier vector, for types 24, 40, 56; the chains close; an axis that
+/// moves the workpiece has its direction reversed), p. 567 (axis 2 is on axis 1; on a mixed machine axis 1 turns
+/// the tool), p. 586 (swivel table: from the machine's reference point to axis 1, to axis 2); the same, 03/2013,
+/// 6FC5397-1DP40-3BA1, p. 502 (start and end of each offset, axes not swivelled). *Function Manual Tool
+/// Compensation (W1)*, 08/2005, 6FC5397-0BP10-0BA0, p. 2-88 (head vectors lead from the tool to the reference
+/// point), p. 2-98 (a table about +Y turned by +45° turns that way itself). *Function Manual Transformations*,
+/// 06/2019, A5E47435470B AA, p. 172 (the generic transformation is for axes that are not square to each other or
+/// not parallel to a machine axis).
 ///
 /// With R₁, R₂ right-handed about the axis vectors by the words: heads `w = q − part − R₁(joint + R₂·base)`, tables
-/// `q = base + R₁(joint + R₂(part + w))`. p. 572 prints the number 24558 beside `JOINT_OFFSET_1` of a swivel table and
-/// beside `JOINT_OFFSET_PART_1` of a mixed machine, 24560 beside `JOINT_OFFSET_1` elsewhere; the name is followed.
-/// Not set, for want of a source or because they belong to the channel: axis assignment, zero offsets and senses of
-/// the words, base orientation, pole limits. The text says so.
+/// `q = base + R₁(joint + R₂(part + w))`. p. 572 prints the number 24558 beside `JOINT_OFFSET_1` of a swivel table
+/// and beside `JOINT_OFFSET_PART_1` of a mixed machine, 24560 beside `JOINT_OFFSET_1` elsewhere; the name is
+/// followed. Some values are not set, because they have no source or belong to the channel: axis assignment, zero
+/// offsets and directions of the words, base orientation, pole limits. The text says so.
 #[must_use]
 pub fn siemens(machine: &Machine, form: SiemensForm) -> String {
     let vectors = vectors(machine);
     let mut lines = vec![
-        String::from("; Rotary axes as calibrated, for the generic 5-axis transformation of SINUMERIK"),
+        String::from("; Calibrated rotary axes for the generic 5-axis transformation of SINUMERIK"),
         format!("; Machine: {}", in_comment(machine.name())),
         String::from(
             "; Lengths in mm, in the machine coordinate system; axes not swivelled. Vectors of axes that move the workpiece",
@@ -92,15 +93,15 @@ pub fn siemens(machine: &Machine, form: SiemensForm) -> String {
     if let SiemensForm::ToolCarrier(number) = form {
         lines.push(carrier(23, number, &format!("\"{}\"", vectors.carrier)));
         lines.push(String::from(
-            "; The fine offsets (the same numbers plus 40) are added to these values: they have to be zero.",
+            "; The fine offsets (the same numbers plus 40) are added to these values. They must be zero.",
         ));
     }
     lines.push(String::from(
-        "; Taken for granted and not set here: words that start at 0 and count in the sense of the vectors",
+        "; Assumed and not set here: words that start at 0 and count in the direction of the vectors",
     ));
     lines.push(String::from("; ($MC_TRAFO5_ROT_AX_OFFSET_1, $MC_TRAFO5_ROT_SIGN_IS_PLUS_1 or $TC_CARR24, $TC_CARR25), a tool along Z with"));
     lines.push(String::from("; all axes at zero. Not set: axis assignment ($MC_TRAFO_AXES_IN_1, $MC_TRAFO_GEOAX_ASSIGN_TAB_1), pole limits."));
-    lines.push(format!("; Squareness has no place here: {}.", squareness(machine.squareness())));
+    lines.push(format!("; Squareness is not included: {}.", squareness(machine.squareness())));
     let mut out = lines.join("\n");
     out.push('\n');
     out
@@ -110,7 +111,7 @@ fn carrier(n: u16, number: NonZeroU16, value: &str) -> String {
     format!("$TC_CARR{n}[{number}]={value}")
 }
 
-/// +1 where a positive word turns what the axis carries right-handed about the profile's direction.
+/// +1 if a positive word turns the part or tool that the axis carries right-handed about the profile's direction.
 fn turning_sense(axis: &RotaryAxis) -> f64 {
     let counts = if axis.reversed { -1.0 } else { 1.0 };
     match axis.side {
@@ -119,9 +120,9 @@ fn turning_sense(axis: &RotaryAxis) -> f64 {
     }
 }
 
-/// The chains, closed: at zero they displace nothing.
+/// The closed chains: at zero they displace nothing.
 fn vectors(machine: &Machine) -> Vectors {
-    // Rounded before the differences are taken, so that the printed chain closes as well.
+    // Rounded before the differences are computed, so that the printed chain closes as well.
     let points = machine.screws(true).map(|line| rounded_vector(line.point_mm, MM_DECIMALS));
     let sides = [0, 1].map(|index| machine.rotary_axes()[index].side);
     let [first, second] = points;

@@ -1,4 +1,4 @@
-//! How numbers and names are written.
+//! The form of numbers and names in the texts.
 
 use std::fmt::Write;
 
@@ -16,7 +16,7 @@ pub(super) fn exact_vector(v: Vec3) -> String {
     format!("[{}, {}, {}]", exact(v.x), exact(v.y), exact(v.z))
 }
 
-/// A name between quotation marks, as TOML reads it.
+/// A name in quotation marks, as TOML reads it.
 pub(super) fn quoted(name: &str) -> String {
     let mut out = String::from("\"");
     for c in name.chars() {
@@ -26,7 +26,7 @@ pub(super) fn quoted(name: &str) -> String {
                 out.push(c);
             }
             c if c.is_control() => {
-                // writing to a String cannot fail
+                // Writing to a String cannot fail.
                 let _ = write!(out, "\\u{:04X}", u32::from(c));
             }
             c => out.push(c),
@@ -36,7 +36,7 @@ pub(super) fn quoted(name: &str) -> String {
     out
 }
 
-/// A name in a comment: on one line, whatever it holds.
+/// A name in a comment, always on one line.
 pub(super) fn in_comment(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
@@ -46,7 +46,7 @@ pub(super) const MM_DECIMALS: i32 = 6;
 /// Decimals of a direction for a control: a picometre at one metre.
 pub(super) const DIRECTION_DECIMALS: i32 = 12;
 
-/// The number as it is printed with so many decimals; −0 becomes 0.
+/// The number as printed with this number of decimals; −0 becomes 0.
 pub(super) fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10.0_f64.powi(decimals);
     (value * scale).round() / scale + 0.0
@@ -57,12 +57,12 @@ pub(super) fn rounded_vector(v: Vec3, decimals: i32) -> Vec3 {
     v.map(|value| rounded(value, decimals))
 }
 
-/// An angle for the eye, in µrad.
+/// An angle in µrad, for people to read.
 pub(super) fn microradians(value_rad: f64) -> String {
     format!("{:.1}", rounded(value_rad * URAD_PER_RAD, 1))
 }
 
-/// Squareness for the eye.
+/// Squareness, for people to read.
 pub(super) fn squareness(square: &Squareness) -> String {
     format!(
         "Y turned by {} urad about Z, Z by {} about Y and {} about X",

@@ -1,4 +1,4 @@
-//! What goes into the fit of an axis, and what comes out.
+//! Input and result of the fit of an axis.
 
 use nalgebra::Matrix4;
 
@@ -9,52 +9,53 @@ use crate::machine::{Machine, RotaryAxis, Side};
 /// A sphere's centre, probed with the axis at a known angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SphereReading {
-    /// Which sphere; any number that names it.
+    /// The sphere; any number that names it.
     pub ball: usize,
-    /// Kinematic angle θ \[rad\]: the word with the control's sense undone.
+    /// Kinematic angle θ \[rad\]: the word with the control's counting direction removed.
     pub angle_rad: f64,
-    /// Centre \[mm\], in the frame of the expected line: M for a table axis, with its linear axes as they are at zero pose.
+    /// Centre \[mm\] in the frame of the expected line: M for a table axis, with the linear axes as at zero pose.
     pub center_mm: Vec3,
 }
 
-/// What is expected of the axis: where it is nominally, and what it carries.
+/// The expected axis: its nominal line, and its side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExpectedAxis {
-    /// Nominal direction with its sense, and the reference point at which offsets are told \[mm\].
+    /// Nominal direction, and the reference point for the reported offsets \[mm\].
     pub line: Screw,
     /// A table axis turns its spheres by −θ, a head axis by +θ.
     pub side: Side,
 }
 
 impl ExpectedAxis {
-    /// What the profile says of an axis.
+    /// The axis in the profile.
     #[must_use]
     pub fn of(axis: &RotaryAxis) -> Self {
         Self { line: axis.nominal_screw(), side: axis.side }
     }
 
-    /// Two unit vectors across the nominal direction, a right-handed frame with it: Y Z for X, Z X for Y, X Y for Z.
+    /// Two unit vectors across the nominal direction that form a right-handed frame with it: Y Z for X, Z X for Y,
+    /// X Y for Z.
     #[must_use]
     pub fn across(&self) -> [Vec3; 2] {
         across_pair(self.line.direction)
     }
 }
 
-/// What one reading is off the fitted circle or rotation, measured minus fitted.
+/// The difference of one reading from the fitted circle or rotation, measured minus fitted.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
     /// Along the axis, out of the plane \[mm\].
     pub axial_mm: f64,
     /// Away from the axis \[mm\].
     pub radial_mm: f64,
-    /// Along the circle, right-handed about the axis \[mm\]; `None` where angles are unknown.
+    /// Along the circle, right-handed about the axis \[mm\]; `None` if angles are unknown.
     pub tangential_mm: Option<f64>,
 }
 
 /// The circle of one sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ball {
-    /// Which sphere.
+    /// The sphere.
     pub ball: usize,
     /// Centre of its circle, on the axis \[mm\].
     pub center_mm: Vec3,
@@ -65,25 +66,26 @@ pub struct Ball {
 /// An axis found from sphere centres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisFit {
-    /// The line, with the sense of the nominal direction; its point is that in the plane through the reference point
+    /// The line, in the sense of the nominal direction. Its point is in the plane through the reference point
     /// across the nominal direction.
     pub line: Screw,
-    /// Directions about which tilts and along which offsets are told.
+    /// Directions of the reported tilts and offsets.
     pub across: [Vec3; 2],
-    /// Rotation vector from the nominal direction to the one found, about both \[rad\].
+    /// Rotation vector from the nominal direction to the measured one, about both directions \[rad\].
     pub tilt_rad: [f64; 2],
-    /// From the reference point to the line's point, along both \[mm\].
+    /// From the reference point to the line's point, along both directions \[mm\].
     pub offset_mm: [f64; 2],
-    /// Covariance of both tilts and both offsets [rad, mm], Type A: from the residuals, to first order; `None` where
+    /// Covariance of both tilts and both offsets [rad, mm], Type A from the residuals, to first order. `None` if
     /// there are no more readings than unknowns.
     pub covariance: Option<Matrix4<f64>>,
-    /// Readings beyond the unknowns: with unknown angles of plane and circle each, else of all coordinates.
+    /// Readings beyond the unknowns. With unknown angles those of plane and circle each, otherwise of all
+    /// coordinates.
     pub degrees_of_freedom: usize,
-    /// Every sphere's circle.
+    /// The circles of all spheres.
     pub balls: Vec<Ball>,
-    /// Of every reading, in order.
+    /// The residual of every reading, in order.
     pub residuals: Vec<Residual>,
-    /// Readings that do not agree with the others, the worst first, at most 20. They took part in the fit.
+    /// Readings that do not agree with the others, the worst first, at most 20. They were part of the fit.
     pub outliers: Vec<Outlier>,
 }
 
@@ -94,7 +96,7 @@ impl AxisFit {
         self.covariance.map(|covariance| std::array::from_fn(|k| covariance[(k, k)].max(0.0).sqrt()))
     }
 
-    /// Roots of the mean squares of the residuals: axial, radial and, where angles are known, tangential \[mm\].
+    /// Root mean squares of the residuals: axial, radial and, if angles are known, tangential \[mm\].
     #[must_use]
     pub fn rms_mm(&self) -> (f64, f64, Option<f64>) {
         let count = self.residuals.len().max(1) as f64;
@@ -108,11 +110,11 @@ impl AxisFit {
 
 /// Fewest and most readings.
 pub(super) const READINGS: [usize; 2] = [3, 10_000];
-/// A sphere that moves less stood still \[mm\].
+/// A sphere that moves by less than this did not move \[mm\].
 pub(super) const MIN_SPREAD_MM: f64 = 0.01;
-/// A sphere nearer to the axis does not show its direction \[mm\].
+/// A sphere nearer to the axis than this does not show its direction \[mm\].
 pub(super) const MIN_RADIUS_MM: f64 = 1.0;
-/// A line farther from the nominal one is another axis \[rad\]: 10°.
+/// A line farther from the nominal one than this is another axis \[rad\]: 10°.
 const MAX_TILT_RAD: f64 = 0.174_532_925_199_432_95;
 
 /// Faults of the numbers themselves.
@@ -127,7 +129,7 @@ pub(super) fn check_centers(centers_mm: impl ExactSizeIterator<Item = Vec3>) -> 
     for (reading, center_mm) in centers_mm.take(max).enumerate() {
         for component in 0..3 {
             let value_mm = center_mm[component];
-            // NaN is not in the range either
+            // NaN is not in the range either.
             if !(-max_mm..=max_mm).contains(&value_mm) {
                 faults.push(SphereFault::Coordinate { reading, component, value_mm, max_mm });
             }

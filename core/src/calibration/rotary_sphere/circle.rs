@@ -1,4 +1,4 @@
-//! Angles unknown: a plane through the centres, a circle in the plane.
+//! Fit with unknown angles: a plane through the centres, and a circle in the plane.
 
 use nalgebra::{Matrix2, Matrix3, Matrix4, Vector3};
 
@@ -12,23 +12,24 @@ use super::{Outlier, SphereFault};
 use crate::geometry::{Mat3, Screw, Vec3, shortest_turn_rad};
 use crate::machine::Machine;
 
-/// A spread across the line below this share of that along it is none: an arc of half a degree.
+/// The centres lie on a line if their spread across it is below this share of the spread along it: an arc of half a
+/// degree.
 const MIN_WIDTH: f64 = 1e-3;
-/// The spread in the plane has to be above that out of it by this factor.
+/// The spread in the plane has to be larger than that out of it by this factor.
 const MIN_FLATNESS: f64 = 3.0;
-/// Steps of the circle's least squares; a handful do.
+/// Most steps of the circle's least squares. A few are enough.
 const STEPS: usize = 100;
 
-/// The axis about which one sphere turned, from its centres at angles that nobody wrote down, in mm.
+/// The axis about which one sphere turned, from its centres at unrecorded angles, in mm.
 ///
-/// Plane by least squares of the distances from it (its normal is the eigenvector of the smallest spread), then a circle in the plane by
-/// least squares of the radial distances (Gauss–Newton from the linear fit). The sense is that of the nominal
-/// direction. Covariances: normal from the axial scatter, centre from the radial scatter, each with n − 3 degrees of
-/// freedom, to first order.
+/// Plane by least squares of the distances from it (its normal is the eigenvector of the smallest spread), then a
+/// circle in the plane by least squares of the radial distances (Gauss–Newton from the linear fit). The sense is
+/// that of the nominal direction. Covariances to first order: normal from the axial scatter, centre from the radial
+/// scatter, each with n − 3 degrees of freedom.
 ///
 /// # Errors
-/// Every bad number; else why the centres show no axis: too few, one point, on a line, on the axis, far from the
-/// nominal direction.
+/// Every invalid number; otherwise why the centres show no axis: too few, one point, on a line, on the axis, far
+/// from the nominal direction.
 pub fn fit_circle(centers_mm: &[Vec3], expected: &ExpectedAxis) -> Result<AxisFit, Vec<SphereFault>> {
     let faults = check_centers(centers_mm.iter().copied());
     if !faults.is_empty() {
@@ -52,7 +53,7 @@ pub fn fit_circle(centers_mm: &[Vec3], expected: &ExpectedAxis) -> Result<AxisFi
     Ok(whole.fit(centers_mm, expected, outliers))
 }
 
-/// A circle in space, with what its uncertainty needs.
+/// A circle in space, with the values for its uncertainty.
 #[derive(Clone)]
 struct Circle {
     normal: Vec3,
@@ -61,7 +62,7 @@ struct Circle {
     middle_mm: Vec3,
     center_mm: Vec3,
     radius_mm: f64,
-    /// Inverse normal matrices: tilts of the normal towards both directions, centre along both and radius.
+    /// Inverse normal matrices: tilts of the normal towards both directions; centre along both, and radius.
     tilt_inverse: Matrix2<f64>,
     place_inverse: Matrix3<f64>,
     axial_sum_mm2: f64,
@@ -124,7 +125,7 @@ impl Circle {
         }
     }
 
-    /// The worst of the readings that took part, if it is an outlier, axially or radially.
+    /// The worst of the readings in the fit, if it is an outlier, axially or radially.
     fn worst(&self, centers_mm: &[Vec3], active: &[usize]) -> Option<Outlier> {
         let count = active.len();
         let freedom = count.checked_sub(3)?;
@@ -139,7 +140,7 @@ impl Circle {
             let row = circle_row(u, v);
             deletion(reading, self.residual(p).radial_mm, row.dot(&(self.place_inverse * row)))
         });
-        // Two tests a reading.
+        // Two tests for each reading.
         let tried = 2 * count;
         let found = [
             worst(axial, self.axial_sum_mm2, freedom, 1, tried),
@@ -160,7 +161,7 @@ impl Circle {
             let mut own = Matrix4::zeros();
             own.fixed_view_mut::<2, 2>(0, 0).copy_from(&tilt);
             own.fixed_view_mut::<2, 2>(2, 2).copy_from(&circle.fixed_view::<2, 2>(0, 0));
-            // how tilts and offsets at the reference point move with the normal and the centre
+            // Derivatives of tilts and offsets at the reference point by the normal and the centre.
             let mut slopes = Matrix4::zeros();
             for k in 0..4 {
                 let step = self.plane[k % 2];
@@ -191,7 +192,8 @@ impl Circle {
     }
 }
 
-/// What deleting a reading of this residual and leverage does; nothing where the others do not determine it.
+/// The effect of deleting a reading with this residual and leverage; none if the other readings do not determine
+/// it.
 fn deletion(reading: usize, residual_mm: f64, leverage: f64) -> Deletion {
     let free = 1.0 - leverage;
     if free < 1e-9 {
@@ -200,15 +202,17 @@ fn deletion(reading: usize, residual_mm: f64, leverage: f64) -> Deletion {
     Deletion { reading, drop_mm2: residual_mm * residual_mm / free, distance_mm: residual_mm.abs() / free }
 }
 
-/// How the radial distance of a point (u, v) from the centre, less the radius, falls with centre and radius.
+/// Derivative of the radial distance of a point (u, v) from the centre, minus the radius, with opposite sign, by
+/// centre and radius.
 fn circle_row(u: f64, v: f64) -> Vector3<f64> {
     let distance = (u * u + v * v).sqrt().max(f64::MIN_POSITIVE);
     Vector3::new(u / distance, v / distance, 1.0)
 }
 
-/// Centre, radius and inverse normal matrix of the circle of least radial distances; `None` where there is none.
+/// Centre, radius and inverse normal matrix of the circle with the least radial distances; `None` if there is no
+/// such circle.
 fn flat_circle(points: &[[f64; 2]]) -> Option<([f64; 2], f64, Matrix3<f64>)> {
-    // the linear fit of u² + v² = 2 a u + 2 b v + c gives the start
+    // The linear fit of u² + v² = 2 a u + 2 b v + c gives the start.
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
     for [u, v] in points {
         let row = Vector3::new(2.0 * u, 2.0 * v, 1.0);
@@ -228,7 +232,7 @@ fn flat_circle(points: &[[f64; 2]]) -> Option<([f64; 2], f64, Matrix3<f64>)> {
     let mut before = sum(a, b, radius);
     for _ in 0..STEPS {
         let (inverse, step) = circle_step(points, a, b, radius)?;
-        // a step that does not help is halved, until it is none
+        // A step that does not help is halved until it vanishes.
         let mut share = 1.0;
         let better = loop {
             let after = sum(a + share * step.x, b + share * step.y, radius + share * step.z);

@@ -1,63 +1,65 @@
-//! Why sphere centres give no axis, and lines no location errors.
+//! Why sphere centres do not give an axis, or lines do not give location errors.
 
 use thiserror::Error;
 
 /// One reason why sphere centres do not determine an axis. Readings are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SphereFault {
-    /// Fewer centres than a circle has unknowns, or more than are taken.
-    #[error("{count} sphere centres were given; {min} to {max} are taken")]
+    /// Fewer centres than a circle has unknowns, or more than the limit.
+    #[error("the number of sphere centres is {count}, but it must be {min} to {max}")]
     ReadingCount {
-        /// Given.
+        /// Number given.
         count: usize,
-        /// Least.
+        /// Smallest number.
         min: usize,
-        /// Most.
+        /// Largest number.
         max: usize,
     },
     /// Fewer angles than determine an axis.
-    #[error("the spheres stood at {count} different angles; at least {min} are needed")]
+    #[error(
+        "the spheres were probed at {count} different angles, but at least {min} are needed; probe more angles"
+    )]
     TooFewAngles {
-        /// Different ones, whole turns apart counted once.
+        /// Number of different angles, without whole turns.
         count: usize,
-        /// Least.
+        /// Smallest number.
         min: usize,
     },
-    /// NaN, infinite or absurdly large.
+    /// NaN, infinite or too large.
     #[error("reading {reading}: a coordinate of {value_mm:e} mm is not between -{max_mm} and {max_mm} mm")]
     Coordinate {
         /// Index of the reading.
         reading: usize,
         /// 0 x, 1 y, 2 z.
         component: usize,
-        /// Given \[mm\].
+        /// The coordinate given \[mm\].
         value_mm: f64,
         /// Largest \[mm\].
         max_mm: f64,
     },
-    /// NaN, infinite or absurdly large.
+    /// NaN, infinite or too large.
     #[error("reading {reading}: an angle of {angle_rad:e} rad is not between -{max_rad} and {max_rad} rad")]
     Angle {
         /// Index of the reading.
         reading: usize,
-        /// Given \[rad\].
+        /// The angle given \[rad\].
         angle_rad: f64,
         /// Largest \[rad\].
         max_rad: f64,
     },
     /// The sphere did not move.
     #[error(
-        "all centres lie within {spread_mm} mm of each other's mean: the sphere did not move; {min_mm} mm are needed"
+        "the sphere did not move: all centres are within {spread_mm} mm of their mean; at least {min_mm} mm are needed. Turn the axis between readings"
     )]
     SamePoint {
         /// Largest distance from the mean \[mm\].
         spread_mm: f64,
-        /// Least \[mm\].
+        /// Smallest \[mm\].
         min_mm: f64,
     },
-    /// The centres lie on a straight line, or too little off one to tell a plane from scatter.
+    /// The centres lie on a straight line, or too near to one to distinguish a plane from scatter.
     #[error(
-        "the centres lie on a straight line: {across_mm} mm off it, {along_mm} mm along it, {scatter_mm} mm out of their plane (root mean square)"
+        "the centres lie on a straight line: {across_mm} mm off it, {along_mm} mm along it, {scatter_mm} mm out of their plane (root mean square). Probe over a larger arc"
     )]
     OnALine {
         /// Root mean square across the line, in the plane \[mm\].
@@ -67,27 +69,29 @@ pub enum SphereFault {
         /// Root mean square out of the plane \[mm\].
         scatter_mm: f64,
     },
-    /// The sphere stands on the axis, whose direction it then does not show.
+    /// The sphere is on the axis, so it does not show the axis' direction.
     #[error(
-        "the sphere stands {radius_mm} mm from the axis; at least {min_mm} mm are needed to see its direction"
+        "the sphere is {radius_mm} mm from the axis; at least {min_mm} mm are needed to find its direction. Move the sphere outward"
     )]
     OnAxis {
         /// Radius of the circle \[mm\].
         radius_mm: f64,
-        /// Least \[mm\].
+        /// Smallest \[mm\].
         min_mm: f64,
     },
-    /// Directions of the unknowns that the readings do not see.
-    #[error("the readings determine {rank} of the {unknowns} unknowns of the axis")]
+    /// The readings do not determine all unknowns.
+    #[error(
+        "the readings determine only {rank} of the {unknowns} unknowns of the axis; probe more angles, or a sphere farther from the axis"
+    )]
     Undetermined {
-        /// How many are determined.
+        /// Number of determined unknowns.
         rank: usize,
         /// Two tilts and two offsets.
         unknowns: usize,
     },
-    /// The axis found is not the one expected.
+    /// The axis found is not the expected one.
     #[error(
-        "the axis found stands {angle_rad} rad from the nominal one, more than {max_rad} rad: another axis turned, or the coordinates are not those of the machine"
+        "the axis found is {angle_rad} rad from the nominal one, more than the limit of {max_rad} rad: another axis turned, or the coordinates are not those of the machine"
     )]
     DirectionFar {
         /// Angle between the lines \[rad\].
@@ -95,47 +99,49 @@ pub enum SphereFault {
         /// Largest \[rad\].
         max_rad: f64,
     },
-    /// The angles run against the nominal direction.
+    /// The angles increase against the nominal direction.
     #[error(
-        "the spheres turn against the stated angles: {as_stated_mm} mm are left as stated, {reversed_mm} mm with all signs changed (root mean square); does the control count this axis the other way?"
+        "the spheres turn against the stated angles: the residual is {as_stated_mm} mm as stated, and {reversed_mm} mm with all signs changed (root mean square). Check whether the control counts this axis in the opposite direction"
     )]
     SenseReversed {
-        /// Root mean square of what is left with the angles as stated \[mm\].
+        /// Root mean square residual with the angles as stated \[mm\].
         as_stated_mm: f64,
-        /// The same with reversed angles \[mm\].
+        /// Root mean square residual with reversed angles \[mm\].
         reversed_mm: f64,
     },
 }
 
-/// One reason why lines give no location errors. Axes are counted as in the profile.
+/// One reason why lines do not give location errors. Axes are counted as in the profile.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum LocationFault {
-    /// No line: a number that is not finite or absurd, or a direction without length.
+    /// Not a valid line: a number is not finite or too large, or the direction has no length.
     #[error(
-        "axis {axis}: the line is none: a number is not finite or too large, or its direction has no length"
+        "axis {axis}: the line is not valid: a number is not finite or too large, or its direction has no length"
     )]
     NoLine {
         /// Index of the axis.
         axis: usize,
     },
-    /// Too far from the nominal direction to be an error of it.
+    /// Too far from the nominal direction to be a location error.
     #[error(
-        "axis {axis}: the line stands {angle_rad} rad from its nominal direction, more than {max_rad} rad"
+        "axis {axis}: the line is {angle_rad} rad from its nominal direction, more than the limit of {max_rad} rad"
     )]
     DirectionFar {
         /// Index of the axis.
         axis: usize,
-        /// Angle between both, senses counted \[rad\].
+        /// Angle between both directions, 0 to π \[rad\].
         angle_rad: f64,
         /// Largest \[rad\].
         max_rad: f64,
     },
     /// The two lines are parallel.
-    #[error("the two lines are parallel")]
-    Parallel,
-    /// An error larger than a profile takes for real.
     #[error(
-        "axis {axis}: location error component {component} would be {value} [mm or rad], beyond {max_abs}: is the nominal point the right one?"
+        "the two lines are parallel, so they give no location errors; check which axis turned in each run"
+    )]
+    Parallel,
+    /// An error larger than a profile accepts.
+    #[error(
+        "axis {axis}: location error component {component} would be {value} [mm or rad], beyond the limit of {max_abs}. Check the nominal point"
     )]
     TooLarge {
         /// Index of the axis.
@@ -144,7 +150,7 @@ pub enum LocationFault {
         component: usize,
         /// Its value \[mm or rad\].
         value: f64,
-        /// Largest taken for real \[mm or rad\].
+        /// Largest accepted \[mm or rad\].
         max_abs: f64,
     },
 }

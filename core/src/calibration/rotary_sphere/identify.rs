@@ -1,4 +1,4 @@
-//! A run of probed spheres: an axis at a time, then the location errors of the machine.
+//! A run of probed spheres: first each axis, then the location errors of the machine.
 
 use nalgebra::DMatrix;
 use thiserror::Error;
@@ -15,15 +15,15 @@ use crate::machine::{LocationError, Machine, Side};
 /// A probed centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Center {
-    /// Which sphere.
+    /// The sphere.
     pub ball: usize,
-    /// Kinematic angle of the axis \[rad\], where it was noted.
+    /// Kinematic angle of the axis \[rad\], if it was recorded.
     pub angle_rad: Option<f64>,
-    /// In M \[mm\].
+    /// Centre in M \[mm\].
     pub center_mm: Vec3,
 }
 
-/// What was probed while one axis turned, the other at zero.
+/// The centres probed while one axis turned, with the other at zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisCenters {
     /// The axis, in the profile's order.
@@ -35,50 +35,50 @@ pub struct AxisCenters {
 /// One reason why a run of spheres is not evaluated. Entries are counted from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum SphereRunFault {
-    /// No axis, or more than there are.
-    #[error("spheres are given for {axes} axes; 1 or {max} are taken")]
+    /// No axis, or more axes than the machine can have.
+    #[error("spheres are given for {axes} axes, but a run has 1 or {max}")]
     AxisCount {
-        /// Given.
+        /// Number given.
         axes: usize,
-        /// Most.
+        /// Largest number.
         max: usize,
     },
     /// The machine has no such axis.
-    #[error("the machine has no rotary axis with index {index}")]
+    #[error("the machine has no rotary axis with index {index}; name one of its axes")]
     NoSuchAxis {
         /// The entry.
         entry: usize,
-        /// Given.
+        /// The index given.
         index: usize,
     },
-    /// An axis twice.
-    #[error("the axis was given before")]
+    /// The same axis twice.
+    #[error("the axis was given before; put all its centres into one entry")]
     Repeated {
         /// The entry.
         entry: usize,
     },
-    /// A head axis: its spheres do not stand in the machine's frame.
-    #[error("the axis is on the head; spheres are probed on a table")]
+    /// A head axis: its spheres are not in the machine's frame.
+    #[error("the axis is on the head, but spheres are probed on a table axis; use a ball bar instead")]
     OnHead {
         /// The entry.
         entry: usize,
     },
     /// Angles for some centres only.
-    #[error("{with} of {centers} centres have an angle: all of them or none")]
+    #[error("{with} of {centers} centres have an angle; give it for all of them or for none")]
     SomeAngles {
         /// The entry.
         entry: usize,
-        /// With an angle.
+        /// Number of centres with an angle.
         with: usize,
-        /// All.
+        /// Number of all centres.
         centers: usize,
     },
-    /// Several spheres, and no angles that would tell how they stand to each other.
-    #[error("{balls} spheres need the angle of every centre; without angles one sphere is fitted")]
+    /// Several spheres without the angles that relate them.
+    #[error("{balls} spheres need the angle of every centre; without angles only one sphere can be fitted")]
     BallsWithoutAngles {
         /// The entry.
         entry: usize,
-        /// How many.
+        /// Number of spheres.
         balls: usize,
     },
     /// The centres show no axis.
@@ -86,37 +86,38 @@ pub enum SphereRunFault {
     Fit {
         /// The entry.
         entry: usize,
-        /// Why.
+        /// The reason.
         fault: SphereFault,
     },
-    /// The axes found are no errors of the nominal ones.
+    /// The axes found are not the nominal ones with errors.
     #[error("{fault}")]
     Location {
-        /// Why.
+        /// The reason.
         fault: LocationFault,
     },
 }
 
-/// What probed spheres say about a machine.
+/// The result of probed spheres for a machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SphereIdentified {
     /// The axes found, in the order of the run.
     pub fits: Vec<AxisFit>,
-    /// Cascaded location errors; an axis that was not probed keeps its own.
+    /// Cascaded location errors. An axis that was not probed keeps its own.
     pub errors: [LocationError; 2],
     /// The components that the run determines, in the order of `covariance`.
     pub parameters: Vec<ErrorParameter>,
-    /// Covariance of `parameters` \[mm², mm·rad, rad²\], Type A; `None` where a fit has nothing left to judge by.
+    /// Covariance of `parameters` \[mm², mm·rad, rad²\], Type A; `None` if a fit has no degrees of freedom to
+    /// estimate it.
     pub covariance: Option<DMatrix<f64>>,
     /// Errors of the probed axes against the machine's frame.
     pub absolute: Vec<AbsoluteError>,
 }
 
-/// Identifies each probed axis ([`fit_rotation`] where angles are known, else [`fit_circle`]) and the location errors
-/// that put the machine's axes there ([`location_errors`]).
+/// Identifies each probed axis ([`fit_rotation`] if angles are known, otherwise [`fit_circle`]), and the location
+/// errors with which the machine has these axes ([`location_errors`]).
 ///
 /// # Errors
-/// Everything that is wrong with the run.
+/// Everything wrong with the run.
 pub fn identify_spheres(
     machine: &Machine,
     run: &[AxisCenters],
@@ -200,13 +201,14 @@ fn fit(
     found.map_err(|faults| faults.into_iter().map(|fault| SphereRunFault::Fit { entry, fault }).collect())
 }
 
-/// Step of the difference quotients \[mm, rad\]: errors are smooth in the lines, and a step this large keeps ten digits.
+/// Step of the difference quotients \[mm, rad\]: errors are smooth functions of the lines, and this step keeps ten
+/// digits.
 const STEP: f64 = 1e-4;
-/// A component that moves less than this with any line's coordinate is not determined by the run \[mm or rad per mm or
-/// rad\]; arms of coordinates are up to metres.
+/// The run does not determine a component that moves by less than this with every line's coordinates
+/// \[mm or rad per mm or rad\]; arms of coordinates are up to metres.
 const STILL: f64 = 1e-7;
 
-/// How the twelve components move with the four coordinates of each probed line: two tilts, two offsets.
+/// Derivatives of the twelve components by the four coordinates of each probed line: two tilts, two offsets.
 fn slopes(
     machine: &Machine,
     run: &[AxisCenters],
@@ -238,7 +240,7 @@ fn slopes(
     slopes
 }
 
-/// Lines of different axes are measured apart, so that their covariances stand side by side.
+/// The covariance. Lines of different axes are measured separately, so their covariances are independent blocks.
 fn covariance(
     parameters: &[ErrorParameter],
     slopes: &DMatrix<f64>,

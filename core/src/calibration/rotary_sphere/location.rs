@@ -5,23 +5,25 @@ use crate::calibration::{CommonPerpendicular, ErrorParameter, rotation_vector_ra
 use crate::geometry::{Mat3, RigidMotion, Screw, Vec3, across, angle_between, shortest_turn_rad};
 use crate::machine::{LocationError, Machine};
 
-/// Farther from its nominal direction a line is no error of it \[rad\]: what both axes of a chain may add up to.
+/// A line farther than this from its nominal direction is not a location error \[rad\]: the sum that both axes of a
+/// chain may reach.
 const MAX_ANGLE_RAD: f64 = 2.0 * Machine::MAX_ERROR_RAD;
 
-/// A direction shorter than this is none.
+/// A direction shorter than this is not valid.
 const MIN_LENGTH: f64 = 1e-9;
 
-/// The cascaded location errors of both axes with which `machine` has these lines, in the profile's order and frames
-/// (M; head lines relative to the gauge point), with the senses of the nominal directions. Exact: nothing is
-/// linearised. Errors in mm and rad.
+/// The cascaded location errors of both axes with which `machine` has these lines. Lines are in the profile's order
+/// and frames (M; head lines relative to the gauge point), in the sense of the nominal directions. Exact: nothing
+/// is linearised. Errors in mm and rad.
 ///
-/// An axis without a line keeps the error it has. Where both axes of one side have lines, the inner one (next to bed or
-/// ram) takes all six components and the outer one what is then still missing: a shift along, and a turn about, the
-/// common perpendicular of the nominal directions (P4's choice: of an AC table A takes six and C takes `e_y`, `e_b`).
-/// A line alone on its side, or alone measured, gives its axis four components, none along or about itself.
+/// An axis without a line keeps its error. If both axes of one side have lines, the inner axis (next to bed or ram)
+/// takes all six components. The outer axis takes the missing two: a shift along, and a turn about, the common
+/// perpendicular of the nominal directions (P4's choice: of an AC table A takes six and C takes `e_y`, `e_b`). A
+/// line that is alone on its side, or the only one measured, gives its axis four components, none along or about
+/// itself.
 ///
 /// # Errors
-/// Every line that is none or too far from nominal, parallel lines, components beyond what a profile takes.
+/// Every invalid line or line too far from nominal, parallel lines, components beyond the limits of a profile.
 pub fn location_errors(
     machine: &Machine,
     lines: [Option<Screw>; 2],
@@ -88,7 +90,7 @@ fn checked(line: &Screw, nominal: &Screw, axis: usize) -> Result<Screw, Location
     Ok(Screw { direction, point_mm: line.point_mm })
 }
 
-/// Where the line was before a motion displaced it.
+/// The line before a motion displaced it.
 fn undone(line: &Screw, motion: &RigidMotion) -> Screw {
     let back = motion.rotation.transpose();
     Screw {
@@ -108,13 +110,13 @@ fn alone(nominal: &Screw, line: &Screw) -> LocationError {
     LocationError { translation_mm: without(shift), rotation_rad: without(rotation) }
 }
 
-/// Six components of the inner axis, two of the outer one; `None` where two lines are parallel.
+/// Six components of the inner axis, two of the outer one; `None` if two lines are parallel.
 fn chain(nominal: &[Screw; 2], lines: &[Screw; 2]) -> Option<[LocationError; 2]> {
     let [inner, outer] = nominal;
     let designed = CommonPerpendicular::of(inner, outer)?;
     let real = CommonPerpendicular::of(&lines[0], &lines[1])?;
-    // The outer axis brings angle and distance of the two lines to what they are: about and along the perpendicular,
-    // from its reference point.
+    // The outer axis gives the two lines their real angle and distance: about and along the perpendicular, from its
+    // reference point.
     let perpendicular = designed.direction;
     let distance_mm = (outer.point_mm - inner.point_mm).dot(&perpendicular);
     let outer_error = LocationError {
@@ -124,7 +126,7 @@ fn chain(nominal: &[Screw; 2], lines: &[Screw; 2]) -> Option<[LocationError; 2]>
     let moved = outer_error.displacement(outer.point_mm);
     let moved = outer.displaced(&moved.rotation, moved.shift_mm);
     let between = CommonPerpendicular::of(inner, &moved)?;
-    // The inner axis then carries both, as one body, to where they are.
+    // The inner axis then carries both lines, as one body, to their real positions.
     let frame = |direction: Vec3, perpendicular: Vec3| {
         Mat3::from_columns(&[direction, perpendicular, direction.cross(&perpendicular)])
     };

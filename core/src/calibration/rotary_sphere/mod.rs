@@ -1,7 +1,8 @@
-//! A rotary axis from a sphere: centres probed at several angles of one axis give its direction and a point of it; lines
-//! of the axes give the machine's location errors.
+//! A rotary axis from a sphere. Centres probed at several angles of one axis give its direction and a point of it;
+//! lines of the axes give the machine's location errors.
 //!
-//! Angles unknown: [`fit_circle`]. Angles known, any number of spheres: [`fit_rotation`]. Then [`location_errors`]. A whole run at once: [`identify_spheres`].
+//! With unknown angles: [`fit_circle`]. With known angles and any number of spheres: [`fit_rotation`]. Then
+//! [`location_errors`]. A whole run at once: [`identify_spheres`].
 
 mod axis_fit;
 mod circle;

@@ -1,4 +1,4 @@
-//! Angles known: rigid rotation of any number of spheres about one axis.
+//! Fit with known angles: rigid rotation of any number of spheres about one axis.
 
 use nalgebra::{Matrix3x4, Matrix4, Vector4};
 
@@ -13,27 +13,29 @@ use crate::calibration::angles::different_angles;
 use crate::geometry::{Mat3, Screw, Vec3, across, rotation_from_vector, shortest_turn_rad};
 use crate::machine::{Machine, Side};
 
-/// Different angles that an axis needs.
+/// Number of different angles that an axis needs.
 const MIN_ANGLES: usize = 3;
-/// Angles nearer than this are the same \[rad\].
+/// Angles nearer than this are the same angle \[rad\].
 const SAME_ANGLE_RAD: f64 = 1e-6;
 /// Two tilts, two offsets.
 const UNKNOWNS: usize = 4;
-/// Share of the largest eigenvalue of the scaled normal matrix below which a combination is not seen.
+/// A combination is not determined if its eigenvalue is below this share of the largest one of the scaled normal
+/// matrix.
 const RANK_SHARE: f64 = 1e-12;
-/// Steps of the least squares; a handful do.
+/// Most steps of the least squares. A few are enough.
 const STEPS: usize = 60;
 
 /// The axis about which spheres turned by known angles, in mm and rad.
 ///
-/// Least squares of all coordinates of the rigid model `c = p + R(d, ∓θ)(b − p)`, − for a table axis (a positive word
-/// turns it physically by −θ), + for a head: unknown are two tilts of d, two offsets of p, and the place b of every sphere
-/// at zero, which is eliminated exactly. Gauss–Newton from the nominal axis. Covariance from all residuals, 3n − 3m − 4
-/// degrees of freedom for n readings of m spheres, to first order.
+/// Least squares of all coordinates of the rigid model `c = p + R(d, ∓θ)(b − p)`, − for a table axis (a positive
+/// word turns it physically by −θ), + for a head. The unknowns are two tilts of d, two offsets of p, and the
+/// position b of every sphere at zero, which is eliminated exactly. Gauss–Newton from the nominal axis. Covariance
+/// from all residuals to first order, with 3n − 3m − 4 degrees of freedom for n readings of m spheres.
 ///
 /// # Errors
-/// Every bad number; else why the readings show no axis: fewer than three readings or angles, a sphere that did not move or stands
-/// on the axis, unknowns not determined, a direction far from the nominal one, angles that run the other way.
+/// Every invalid number; otherwise why the readings show no axis: fewer than three readings or angles, a sphere
+/// that did not move or is on the axis, unknowns not determined, a direction far from the nominal one, angles in
+/// the opposite direction.
 pub fn fit_rotation(
     readings: &[SphereReading],
     expected: &ExpectedAxis,
@@ -44,7 +46,7 @@ pub fn fit_rotation(
     let reversed = Rotation::of(readings, &active, expected, -1.0);
     if let Ok(reversed) = reversed {
         let rms_mm = |sum_mm2: f64| (sum_mm2 / readings.len() as f64).sqrt();
-        // without a fit as stated, what the nominal axis leaves
+        // Without a fit as stated: the residual of the nominal axis.
         let as_stated_mm2 =
             stated.as_ref().map_or_else(|_| nominal_sum_mm2(readings, expected), |stated| stated.sum_mm2);
         if reversed.sum_mm2 < as_stated_mm2 {
@@ -95,12 +97,12 @@ fn check(readings: &[SphereReading]) -> Result<(), Vec<SphereFault>> {
     Ok(())
 }
 
-/// A rotation of spheres about an axis, with what its uncertainty needs.
+/// A rotation of spheres about an axis, with the values for its uncertainty.
 #[derive(Clone)]
 struct Rotation {
     axis: Screw,
     across: [Vec3; 2],
-    /// Kinematic to physical angle: +1 or −1.
+    /// From kinematic to physical angle: +1 or −1.
     sense: f64,
     balls: Vec<Place>,
     /// Inverse of the normal matrix of tilts and offsets [1/mm², rad and mm].
@@ -108,16 +110,16 @@ struct Rotation {
     sum_mm2: f64,
 }
 
-/// Where a sphere stands.
+/// The position of a sphere.
 #[derive(Clone, Copy)]
 struct Place {
     ball: usize,
-    /// At zero, relative to the axis' point \[mm\].
+    /// Position at zero, relative to the axis' point \[mm\].
     at_zero_mm: Vec3,
     readings: usize,
 }
 
-/// A reading, ready for the sums.
+/// A reading prepared for the sums.
 struct Turned {
     /// Index of its sphere.
     place: usize,
@@ -137,7 +139,7 @@ impl Rotation {
         let (turned, names) = turned(active.iter().filter_map(|k| readings.get(*k)), sense);
         let middle_mm =
             turned.iter().fold(Vec3::zeros(), |sum, t| sum + t.center_mm) / turned.len().max(1) as f64;
-        // tilts are counted as displacements at this distance, so that unknowns are alike in size
+        // Tilts are expressed as displacements at this distance, so that the unknowns have similar sizes.
         let reach_mm = turned.iter().map(|t| (t.center_mm - middle_mm).norm()).fold(MIN_SPREAD_MM, f64::max);
         let across = expected.across();
         let mut axis = expected.line;
@@ -146,7 +148,7 @@ impl Rotation {
             let (normal, right) = normal_equations(&axis, &turned, &balls, &across, reach_mm);
             let Some(step) = normal.try_inverse().map(|inverse| inverse * right) else { break };
             let mut share = 1.0;
-            // a step that does not help is halved, until it is none
+            // A step that does not help is halved until it vanishes.
             let better = loop {
                 let tried = stepped(&axis, &(step * share), &across, reach_mm);
                 let (balls, after) = places(&tried, &turned, &names);
@@ -175,7 +177,7 @@ impl Rotation {
         Ok(Self { axis, across, sense, balls, inverse: scale * scaled * scale, sum_mm2 })
     }
 
-    /// Where in the list, which is in the order of the names, a sphere is.
+    /// Index of a sphere in the list, which is in the order of the names.
     fn index(&self, ball: usize) -> Option<usize> {
         self.balls.binary_search_by_key(&ball, |place| place.ball).ok()
     }
@@ -184,7 +186,7 @@ impl Rotation {
         self.balls.get(self.index(ball)?)
     }
 
-    /// Measured minus fitted, as a vector \[mm\] and by its parts.
+    /// Measured minus fitted, as a vector \[mm\] and by components.
     fn residual(&self, reading: &SphereReading) -> Option<(Vec3, Residual)> {
         let place = self.place(reading.ball)?;
         let model = self.axis.turn(self.sense * reading.angle_rad, place.at_zero_mm);
@@ -205,7 +207,7 @@ impl Rotation {
         (3 * readings).saturating_sub(3 * self.balls.len() + UNKNOWNS)
     }
 
-    /// The worst of the readings that took part, if it is an outlier.
+    /// The worst of the readings in the fit, if it is an outlier.
     fn worst(&self, readings: &[SphereReading], active: &[usize]) -> Option<Outlier> {
         let means = mean_slopes(
             active.iter().filter_map(|k| readings.get(*k)).filter_map(|reading| {
@@ -226,7 +228,7 @@ impl Rotation {
                 slopes(&self.axis, place, angle_rad, &self.across) - self.axis.rotation(angle_rad) * mean;
             let own = Mat3::identity() / place.readings as f64 + slope * self.inverse * slope.transpose();
             let distance = (Mat3::identity() - own).try_inverse()? * off;
-            // a reading that the others do not determine cannot be judged
+            // A reading that the others do not determine cannot be judged.
             let judged = place.readings > 1 && distance.norm().is_finite();
             judged.then(|| Deletion {
                 reading: index,
@@ -287,14 +289,14 @@ fn turned<'a>(readings: impl Iterator<Item = &'a SphereReading>, sense: f64) -> 
     (turned, names)
 }
 
-/// The sum of squares that the nominal axis leaves with the angles as stated \[mm²\].
+/// The sum of squares of the nominal axis with the angles as stated \[mm²\].
 fn nominal_sum_mm2(readings: &[SphereReading], expected: &ExpectedAxis) -> f64 {
     let sense = if expected.side == Side::Table { -1.0 } else { 1.0 };
     let (turned, names) = turned(readings.iter(), sense);
     places(&expected.line, &turned, &names).1
 }
 
-/// Every sphere at zero as its readings say for this axis, and the sum of squares that leaves \[mm²\].
+/// The position of every sphere at zero, from its readings for this axis, and the remaining sum of squares \[mm²\].
 fn places(axis: &Screw, turned: &[Turned], names: &[usize]) -> (Vec<Place>, f64) {
     let mut balls: Vec<Place> =
         names.iter().map(|ball| Place { ball: *ball, at_zero_mm: Vec3::zeros(), readings: 0 }).collect();
@@ -317,7 +319,8 @@ fn off_mm(axis: &Screw, t: &Turned, place: &Place) -> Vec3 {
     t.center_mm - axis.point_mm - axis.turn(t.angle_rad, place.at_zero_mm)
 }
 
-/// How the model's centre moves with tilts about, and offsets along, both directions, the sphere at zero held \[mm/rad, mm/mm\].
+/// Derivatives of the model's centre by tilts about, and offsets along, both directions, with the sphere at zero
+/// held \[mm/rad, mm/mm\].
 fn slopes(axis: &Screw, place: &Place, angle_rad: f64, across: &[Vec3; 2]) -> Matrix3x4<f64> {
     let turned = axis.turn(angle_rad, place.at_zero_mm);
     let tilt = |w: Vec3| w.cross(&turned) - axis.turn(angle_rad, w.cross(&place.at_zero_mm));
@@ -326,7 +329,7 @@ fn slopes(axis: &Screw, place: &Place, angle_rad: f64, across: &[Vec3; 2]) -> Ma
     Matrix3x4::from_columns(&[tilt(first), tilt(second), offset(first), offset(second)])
 }
 
-/// For every sphere the mean of its slopes, turned back to zero: what the sphere's own place takes of them.
+/// The mean slopes of every sphere, turned back to zero: the part that the sphere's own position takes up.
 fn mean_slopes(
     readings: impl Iterator<Item = (usize, f64)>,
     axis: &Screw,
@@ -343,7 +346,8 @@ fn mean_slopes(
     means
 }
 
-/// Normal matrix and right side of the least squares, tilts as displacements at `reach_mm`, spheres eliminated.
+/// Normal matrix and right side of the least squares, with tilts as displacements at `reach_mm` and spheres
+/// eliminated.
 fn normal_equations(
     axis: &Screw,
     turned: &[Turned],
@@ -374,7 +378,7 @@ fn stepped(axis: &Screw, step: &Vector4<f64>, across: &[Vec3; 2], reach_mm: f64)
     }
 }
 
-/// How many combinations of the unknowns the readings see.
+/// Number of combinations of the unknowns that the readings determine.
 fn rank(normal: &Matrix4<f64>) -> usize {
     let sizes: [f64; 4] = std::array::from_fn(|k| normal[(k, k)].max(0.0).sqrt().max(f64::MIN_POSITIVE));
     let scaled = Matrix4::from_fn(|i, j| normal[(i, j)] / sizes[i] / sizes[j]);

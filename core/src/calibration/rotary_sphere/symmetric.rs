@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-/// Sweeps of Jacobi's method; a handful do.
+/// Most sweeps of Jacobi's method. A few are enough.
 const SWEEPS: usize = 40;
 
 /// Eigenvalues, smallest first, and the unit eigenvectors in the columns (cyclic Jacobi).
@@ -14,7 +14,7 @@ pub(super) fn eigen<const N: usize>(matrix: &SMatrix<f64, N, N>) -> ([f64; N], S
         for i in 0..N {
             for j in i + 1..N {
                 let off = a[(i, j)];
-                // what no longer changes either diagonal is zero
+                // An element that no longer changes either diagonal is zero.
                 if off.abs() <= f64::EPSILON * 1e-3 * (a[(i, i)].abs() * a[(j, j)].abs()).sqrt() {
                     continue;
                 }

@@ -138,8 +138,10 @@ pub enum LineFaultKind {
     /// A line of cutter location data that cannot be posted.
     #[error(transparent)]
     NotPosted(#[from] NotPosted),
-    /// A motion that has to move, under another work offset.
-    #[error("the motion has to move, but its work offset differs from the program's first")]
+    /// A motion that has to move, under another work offset that is not stated, or under a shifted one.
+    #[error(
+        "the motion has to move, but its work offset is not the program's first and is not stated, or the program shifts it: state it in `work_offsets_mm`"
+    )]
     OtherWorkOffset,
     /// A motion that has to move while not all five axes are known.
     #[error("the motion has to move, but not all five axis positions are known here")]

@@ -173,7 +173,7 @@ impl WarningKind {
                 "no motion could be checked: both rotary axes and X Y Z must be known at both ends of a G1; if the program never names an axis, state its position in `start` (as start.A=0)"
             }
             Self::ToleranceNotReached => {
-                "the deviation is over the tolerance after the seed correction; use another repair, or take a larger tolerance"
+                "the deviation is over the tolerance after the seed correction; use the even correction, or take a larger tolerance"
             }
             Self::EffectUnknown => {
                 "a call or a code has an unknown effect; after it, positions and modes are unknown until words set them again"

@@ -46,7 +46,7 @@ pub struct WearStep {
     pub worn: Option<WornCutter>,
     /// End or flank.
     pub milling: Milling,
-    /// ΔL = L − L′; 0 where the lengths are not given.
+    /// ΔL = L − L′; 0 if the lengths are not given.
     pub shorter_by: Length,
     /// The length that the control has: nominal or actual.
     pub length_in_control: LengthInControl,

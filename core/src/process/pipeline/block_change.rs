@@ -10,7 +10,7 @@ pub struct ErrorShares {
     /// Distance of the contact (the tip if no contact is known) at the end from its position on the nominal
     /// machine.
     pub location_errors_mm: f64,
-    /// Distance of the worn cutter's contact from the nominal one's along the normal; 0 where no contact is known.
+    /// Distance of the worn cutter's contact from the nominal one's along the normal; 0 if no contact is known.
     pub wear_mm: f64,
     /// Rounding error at the end from the decimals of the written words, found by reading them back.
     pub rounding_mm: f64,

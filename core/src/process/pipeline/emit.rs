@@ -101,8 +101,8 @@ impl Emitter {
         Ok(())
     }
 
-    /// Restores the source's feed for a block that is left unchanged. Returns true if the block was written with
-    /// its F, and false if it can be copied as it is.
+    /// Restores the source's feed for a block that is left unchanged. Returns true if it wrote the block with its
+    /// F. Returns false if the block can be copied; a block with only F may then be written before it.
     pub(super) fn restore_feed(
         &mut self,
         batch: &Batch,

@@ -60,7 +60,7 @@ pub(super) struct PostedAgain<'a> {
     read_back: ReadBack<ExpectedPoint>,
     /// Words for the machine that must come next.
     words: VecDeque<MachineWord>,
-    /// ClPoints that were written.
+    /// Points that were written.
     points: u64,
     mode: Interpolation,
     tip_mm: f64,

@@ -20,9 +20,9 @@ use crate::process::text::{Passage, Passages, ProgramReading, ProgramSource};
 use crate::program::Dialect;
 use crate::units::Angle;
 
-/// ClPoints in one window: one path is chosen through them.
+/// Points in one window: one path is chosen through them.
 const WINDOW: usize = 4096;
-/// ClPoints at the end of a window that are looked at again with the next ones.
+/// Points at the end of a window that are looked at again with the next ones.
 const OVERLAP: usize = 1024;
 /// Written text is handed on when it reaches this size \[bytes\].
 const FLUSH_BYTES: usize = 1 << 18;
@@ -42,7 +42,7 @@ pub struct PostReport {
     pub blocks_in: u64,
     /// Blocks of the posted program.
     pub blocks_out: u64,
-    /// ClPoints of the posted program.
+    /// Points of the posted program.
     pub points: u64,
     /// Arcs that became lines.
     pub arcs: u64,
@@ -64,13 +64,13 @@ pub struct PostReport {
     pub length_number: Option<u32>,
     /// The number is not stated, and the data name no tool by number.
     pub length_number_is_assumed: bool,
-    /// ClPoints at which a rotary axis turns by more than the threshold.
+    /// Points at which a rotary axis turns by more than the threshold.
     pub rewinds: u64,
     /// Line of the first rewind.
     pub first_rewind_line: Option<u64>,
     /// Line of the first rewind at feed: the table turns back while the cutter is in the part.
     pub cutting_rewind_line: Option<u64>,
-    /// ClPoints inside the pole cone, at which the rotary axis next to the workpiece was held.
+    /// Points inside the pole cone, at which the rotary axis next to the workpiece was held.
     pub pole_holds: u64,
     /// Largest distance between a tip read back and the source's tip \[mm\].
     pub largest_tip_error_mm: f64,

@@ -194,7 +194,7 @@ pub(in crate::process) fn turns(motion: &Motion) -> bool {
 
 /// Whether the rotary axes are at other positions at `end` than at `start`.
 #[inline]
-#[expect(clippy::float_cmp, reason = "words that stand are the same to the bit")]
+#[expect(clippy::float_cmp, reason = "words that did not move are equal to the bit")]
 pub(in crate::process) fn turn_between(start: &AxisWords, end: &AxisWords) -> bool {
     start.rotary_deg != end.rotary_deg
 }

@@ -1,4 +1,4 @@
-//! Which axes are not known where a motion could not be followed, for the words of a refusal.
+//! The unknown axes at a motion that could not be followed, for the text of a refusal.
 
 use super::line_map::LineCursor;
 use super::stream::{Passages, ProgramSource};
@@ -7,10 +7,10 @@ use crate::process::fault::{Fault, LineFaultKind, LineFaults, UnknownAxes};
 use crate::process::set_up::ProgramSetup;
 use std::ops::ControlFlow;
 
-/// The faults, with the axes named where not all of them are known. The program is read once more for it.
+/// The faults, with the unknown axes named if some are unknown. The program is read once more for this.
 ///
 /// # Errors
-/// It cannot be read, or nobody waits any more.
+/// The program cannot be read, or the caller no longer waits.
 pub(in crate::process) fn naming_unknown_axes(
     mut faults: LineFaults,
     machine: &Machine,

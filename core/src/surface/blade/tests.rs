@@ -8,7 +8,7 @@ fn blade(change: impl Fn(&mut BladeSizes)) -> Result<Blade, Vec<SurfaceFault>> {
 
 #[test]
 fn normals_are_continuous_all_around() {
-    /// A parameter step of 1e-12 turns the normal of an edge by less [1].
+    /// A parameter step of 1e-12 turns the normal of an edge by less than this [1].
     const CONTINUOUS: f64 = 1e-9;
     let blade = blade(|_| {}).unwrap();
     let mut joints = blade.profile.joints().to_vec();
@@ -33,7 +33,8 @@ fn the_blade_is_as_thick_as_asked_and_its_edges_as_round() {
         assert!((1.0 / across - radius_mm).abs() < ROUNDING_MM, "{across}");
         assert!(blade.curvature_per_mm([u, 10.0], Vec3::z()).abs() < ROUNDING_MM);
     }
-    // the same way along the camber line on both sides lies across the same circle: the widest is the thickness
+    // Equal distances along the camber line on both sides lie across the same circle: the largest width is the
+    // thickness.
     let widest = (0..=100_000)
         .map(|k| f64::from(k) / 100_000.0)
         .map(|t| {

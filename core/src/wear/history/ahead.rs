@@ -1,41 +1,41 @@
-//! Courses that the wear of an edge may take from its last reading on.
+//! Possible courses of an edge's wear after its last reading.
 
 use super::WearCourse;
 use super::course::Component;
 use super::normal::{self, Draws};
 
-/// Courses drawn: 50 of them lie beyond either end of 95 %.
+/// Number of simulated courses: 50 of them are beyond each end of the 95 % interval.
 pub(super) const DRAWN: usize = 2000;
-/// Places along each at which its wear is kept, closer together at the beginning.
+/// Number of positions along each course at which its wear is kept, closer together at the beginning.
 const PLACES: u32 = 40;
-/// Spans of the readings that a course is followed at most.
+/// Largest length of a course, in spans of the readings.
 const FARTHEST: f64 = 30.0;
-/// Steps of an even sequence over a square, from the plastic number (1.3247…): it leaves no gaps.
+/// Steps of an even sequence over a square, from the plastic number (1.3247…). It leaves no gaps.
 const EVEN: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 
-/// New stages of wear that begin within a span of the readings, in the mean.
+/// Mean number of new stages of wear that begin within a span of the readings.
 ///
-/// Wear runs in fast, goes on steadily and ends fast, and the stages may begin at any time: nothing in readings of a steady
-/// stage tells when it ends. The numbers of this and the next constants were chosen so that the ends hold on simulated
-/// cutters that enter a rapid stage without warning, and on a real one that stood still twice.
+/// Wear starts fast, continues steadily and ends fast, and a stage may begin at any time: readings of a steady
+/// stage do not tell when it ends. The values of this and the next constants were chosen so that the ends hold on
+/// simulated cutters that enter a rapid stage without warning, and on a real cutter whose wear stood still twice.
 pub const STAGES_PER_SPAN: f64 = 3.0;
-/// Share of the new stages in which the wear nearly stands still.
+/// Share of the new stages in which the wear almost stands still.
 pub const STANDSTILLS: f64 = 0.5;
-/// Mean length of these, over the parts since the cutter was new. On the real cutters looked at flanks stood still for 0.6
-/// and 0.7 of their age, and once, just run in, for 1.5.
+/// Mean length of these stages, relative to the parts since the cutter was new. On the real cutters examined, flank
+/// wear stood still for 0.6 and 0.7 of their age, and once, just after running in, for 1.5.
 pub const STANDSTILL_OF_AGE: f64 = 0.6;
-/// Rates of a standstill: up to this, over the reference.
+/// Largest rate of a standstill, relative to the reference.
 const STILL: f64 = 0.03;
-/// Rates of any other new stage, over the reference: as likely in any equal ratio between these. The end of a life goes two to
-/// six times as fast as its middle, and the beginning of it may hide in the last readings.
+/// Rates of any other new stage, relative to the reference, with a uniform logarithmic distribution between these.
+/// The end of a life has two to six times the rate of its middle, and its beginning may hide in the last readings.
 pub const STAGE_RATES: [f64; 2] = [0.5, 8.0];
 
 /// Courses of one edge, with new stages of wear and without.
 #[derive(Debug, Clone)]
 pub(super) struct Ahead {
-    /// Parts at each place kept.
+    /// Parts at each position kept.
     parts: Vec<f64>,
-    /// Wear at these places \[mm\], course after course.
+    /// Wear at these positions \[mm\], course after course.
     same_mm: Vec<f64>,
     staged_mm: Vec<f64>,
 }
@@ -43,17 +43,17 @@ pub(super) struct Ahead {
 /// Whether new stages of wear begin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stages {
-    /// The rate strays on as it did.
+    /// The rate continues to vary as before.
     Same,
     /// New stages begin.
     New,
 }
 
-/// Wear \[mm\] and rate \[mm per span\] on the way, with what a new stage is measured by.
+/// Wear \[mm\] and rate \[mm per span\] along a course, with the values that set a new stage.
 struct Going {
     wear: f64,
     rate: f64,
-    /// Where the next stage begins \[spans\]; infinite where none does.
+    /// Start of the next stage \[spans\]; infinite if there is none.
     next: f64,
     is_still: bool,
     reference: f64,
@@ -62,7 +62,8 @@ struct Going {
 }
 
 impl Going {
-    /// On from `from` to `to`, the rate straying by `strays` on the way. It turns at zero: wear does not fall.
+    /// Continues from `from` to `to`, while the rate varies by `strays`. At zero the rate is reflected, because
+    /// wear does not decrease.
     fn go(&mut self, mut from: f64, to: f64, strays: f64, draws: &mut Draws) {
         while self.next < to {
             self.wear += (self.next - from) * self.rate;
@@ -74,7 +75,7 @@ impl Going {
         self.rate = rate;
     }
 
-    /// A new stage begins.
+    /// Begins a new stage.
     fn turn(&mut self, draws: &mut Draws) {
         self.is_still = !self.is_still && draws.uniform() < STANDSTILLS;
         let chance = draws.uniform();
@@ -90,8 +91,8 @@ impl Going {
 }
 
 impl Ahead {
-    /// Courses up to `until_parts`, or as far as anything is followed. The same for the same readings: what stands for
-    /// chance is a fixed sequence.
+    /// Courses up to `until_parts`, or up to the largest length. The same readings give the same courses: the
+    /// random numbers are a fixed sequence.
     pub(super) fn of(course: &WearCourse, until_parts: f64) -> Self {
         let span = course.span();
         let last = f64::from(course.last_parts());
@@ -104,7 +105,7 @@ impl Ahead {
         let mut strays = vec![0.0; PLACES as usize + 1];
         let mut components = Even::of(course.components());
         for index in 0..DRAWN {
-            // Every other course strays the other way: the middle stays in the middle.
+            // Every other course varies in the opposite direction, so that the middle stays in the middle.
             if index % 2 == 0 {
                 for pair in strays.chunks_mut(2) {
                     pair.iter_mut().zip(straying.normals()).for_each(|(stray, drawn)| *stray = drawn);
@@ -114,7 +115,8 @@ impl Ahead {
                     *stray = -*stray;
                 }
             }
-            // Each course has chances of its own, so that readings that hardly differ get answers that hardly differ.
+            // Each course has its own random numbers, so that readings that hardly differ give results that hardly
+            // differ.
             let mut draws = Draws::new(index as u64);
             let Some(component) = components.at((index as f64 + 0.5) / DRAWN as f64) else { break };
             let [wear, rate] = beginning(component, index);
@@ -145,12 +147,13 @@ impl Ahead {
         wear_mm.chunks_exact(self.parts.len())
     }
 
-    /// The parts at which each course reaches `limit_mm`, in order; infinite where it does not within what was followed.
+    /// The parts at which each course reaches `limit_mm`, in order; infinite if it does not reach it within its
+    /// length.
     pub(super) fn reached(&self, stages: Stages, limit_mm: f64) -> Vec<f64> {
         let mut reached: Vec<f64> = self
             .courses(stages)
             .map(|wear_mm| {
-                // Wear does not fall, so that the places are in order.
+                // Wear does not decrease, so the positions are in order.
                 let after = wear_mm.partition_point(|wear| *wear < limit_mm);
                 let Some(high) = self.parts.get(after) else { return f64::INFINITY };
                 let Some(before) = after.checked_sub(1) else { return *high };
@@ -164,7 +167,7 @@ impl Ahead {
         reached
     }
 
-    /// The wear of each course once `parts` are cut \[mm\], in order; at the last place where that is farther.
+    /// The wear of each course after `parts` parts \[mm\], in order. Beyond the last position, the wear there.
     pub(super) fn wear_mm(&self, stages: Stages, parts: f64) -> Vec<f64> {
         let after =
             self.parts.partition_point(|place| *place < parts).min(self.parts.len().saturating_sub(1));
@@ -186,21 +189,21 @@ impl Ahead {
     }
 }
 
-/// The wear of an edge \[mm\], as far as it is followed: exceeded with 97.5 % and with 2.5 %, and what is as likely exceeded as
-/// not if no new stage begins.
+/// The predicted wear of an edge \[mm\]: the values exceeded with 97.5 % and with 2.5 %, and the median if no new
+/// stage begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WearAhead {
     /// Parts cut since the cutter was new.
     pub parts: f64,
-    /// Exceeded with 97.5 % and with 2.5 %, whatever stage comes next.
+    /// Exceeded with 97.5 % and with 2.5 %, whatever stage of wear comes next.
     pub ends_mm: [f64; 2],
     /// The same if no new stage begins.
     pub same_stage_mm: [f64; 2],
-    /// As likely exceeded as not if no new stage begins.
+    /// Median if no new stage begins.
     pub middle_mm: f64,
 }
 
-/// The wear of an edge after each of these numbers of parts.
+/// The predicted wear of an edge after each of these numbers of parts.
 #[must_use]
 pub fn wear_ahead(course: &WearCourse, parts: &[f64]) -> Vec<WearAhead> {
     let until = parts.iter().copied().fold(f64::from(course.last_parts()), f64::max);
@@ -223,8 +226,8 @@ pub fn wear_ahead(course: &WearCourse, parts: &[f64]) -> Vec<WearAhead> {
         .collect()
 }
 
-/// Wear \[mm\] and rate \[mm per span\] with which a course begins: of what one component leaves open, those with a rate
-/// above zero, spread evenly over the courses.
+/// Initial wear \[mm\] and rate \[mm per span\] of a course. They come from the distribution of one component, with
+/// a rate above zero, spread evenly over the courses.
 fn beginning(component: &Component, index: usize) -> [f64; 2] {
     let even = |step: f64| ((index as f64 + 0.5) * step).fract();
     let [of_rate, of_wear] = EVEN.map(even);
@@ -240,7 +243,7 @@ fn beginning(component: &Component, index: usize) -> [f64; 2] {
     [wear, rate]
 }
 
-/// Components by their shares.
+/// Components chosen in proportion to their shares.
 struct Even<'a> {
     components: &'a [Component],
     index: usize,
@@ -252,7 +255,7 @@ impl<'a> Even<'a> {
         Self { components, index: 0, sum: 0.0 }
     }
 
-    /// The component at this part of the sum of shares; parts are asked for in order.
+    /// The component at this point of the sum of shares. Points must be requested in order.
     fn at(&mut self, part: f64) -> Option<&'a Component> {
         while let Some(component) = self.components.get(self.index) {
             if part < self.sum + component.share || self.index + 1 == self.components.len() {

@@ -1,40 +1,44 @@
-//! The course of one edge's wear, and what it says of the wear now.
+//! The course of one edge's wear, and the present wear from it.
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::filter::{Fitted, Scaled, Tried};
 use super::{CourseFault, LEAST_PLACES, WearReading, normal};
 
-/// Least scatter of a reading that states no uncertainty \[mm\]: one read to the whole micrometre strays by 1/√12 of it.
+/// Smallest scatter of a reading without a stated uncertainty \[mm\]: rounding to the whole micrometre alone gives
+/// 1/√12 of it.
 const LEAST_SCATTER_MM: f64 = 0.3e-3;
-/// Middle of what a reading scatters beforehand \[mm\], where it states no uncertainty: tool setters repeat to 1 µm, a land
-/// of wear under a microscope is read to 2 to 5 µm.
+/// Prior median of the scatter of a reading \[mm\] without a stated uncertainty: tool setters repeat to 1 µm, flank
+/// wear under a microscope is read to 2 to 5 µm.
 const USUAL_SCATTER_MM: f64 = 1.5e-3;
-/// Logarithmic width of that (a factor of 3), with the tails of a Cauchy distribution: what is read may be far worse.
+/// Logarithmic width of that prior (a factor of 3), with the tails of a Cauchy distribution: readings may be far
+/// worse.
 const SCATTER_WIDTH: f64 = 1.1;
-/// Scatters tried, from the least (or what is stated) up, each 1.45 times the one before: up to 800 times as much.
+/// Number of scatters tried, from the smallest (or the stated one) up, each 1.45 times the one before: up to 800
+/// times as much.
 const SCATTERS: u32 = 19;
 const SCATTER_RATIO: f64 = 1.45;
-/// Correlations of neighbouring readings that are tried, with their weights beforehand: as likely none as some. The same
-/// person at the same microscope misreads the same land alike.
+/// Correlations of neighbouring readings that are tried, with their prior weights: zero is as likely as the others
+/// together. The same person at the same microscope misreads the same wear in the same way.
 const CORRELATIONS: [(f64, f64); 3] = [(0.0, 0.5), (0.35, 0.25), (0.7, 0.25)];
-/// Squares of the roughnesses tried: how far the rate strays over the span, against the scatter of one reading. From what
-/// nobody sees to what leaves the scatter nothing, two in each decade.
+/// Squares of the roughnesses tried: the variation of the rate over the span, relative to the scatter of one
+/// reading. They range from an invisible variation to one that leaves no scatter, two in each decade.
 const LEAST_ROUGHNESS: f64 = 1e-2;
 const ROUGHNESSES: u32 = 26;
-/// Middle of how far the rate strays over the span beforehand, over the mean rate. With the width below that is a seventh to
-/// three times in nineteen of twenty: no rate of wear keeps to a tenth, few change more than threefold within a stage.
+/// Prior median of the variation of the rate over the span, relative to the mean rate. With the width below, it is
+/// a seventh to three times in nineteen of twenty cases: no rate of wear stays constant to a tenth, and few change
+/// more than threefold within a stage.
 const USUAL_DRIFT: f64 = 0.7;
-/// Logarithmic width of that (a factor of 2.2).
+/// Logarithmic width of that prior (a factor of 2.2).
 const DRIFT_WIDTH: f64 = 0.8;
-/// Least and largest drift tried.
+/// Smallest and largest drift tried.
 const DRIFTS: [f64; 2] = [0.02, 5.0];
-/// What the mean rate is at least, over the wear by the parts since the cutter was new. A rate that stands still now, or
-/// readings that began on a plateau, do not make the whole cutter slow.
+/// Smallest mean rate, relative to the wear divided by the parts since the cutter was new. A rate that is zero now,
+/// or readings that began on a plateau, do not make the whole cutter slow.
 const OF_LIFE: f64 = 0.5;
-/// From this probability of a rate above zero on, wear is taken to rise.
+/// Wear counts as rising from this probability of a rate above zero on.
 const RISING: f64 = 0.9;
-/// Likelihood, over that of the likeliest, below which what was tried no longer counts.
+/// Combinations below this likelihood, relative to the likeliest, are ignored.
 const NEGLIGIBLE: f64 = 1e-4;
 
 /// Wear and rate at the last reading.
@@ -48,41 +52,42 @@ pub struct WearRate {
     pub chance_rising: f64,
 }
 
-/// What the readings say of how they were taken and of how steadily the edge wears: means of what is likely.
+/// The quality of the readings and the steadiness of the wear, as means over the likely combinations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CourseBasis {
-    /// Readings.
+    /// Number of readings.
     pub readings: usize,
-    /// Different numbers of parts among them.
+    /// Number of different part counts among them.
     pub places: usize,
     /// Standard deviation of a typical reading about the course \[mm\].
     pub scatter_mm: f64,
     /// Correlation of the errors of neighbouring readings.
     pub correlation: f64,
-    /// How far the rate strays over the span of the readings (standard deviation), over the reference rate.
+    /// Variation of the rate over the span of the readings (standard deviation), relative to the reference rate.
     pub drift: f64,
-    /// Mean rate that straying and later stages are measured by \[mm per part\].
+    /// Mean rate to which variation and later stages are relative \[mm per part\].
     pub reference_mm_per_part: f64,
 }
 
-/// One scatter, correlation and roughness with its share of the whole.
+/// One scatter, correlation and roughness, with its share of the whole.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Component {
     pub(super) share: f64,
     /// Wear \[mm\] and rate \[mm per span\] at the last reading.
     pub(super) end: Vector2<f64>,
     pub(super) covariance: Matrix2<f64>,
-    /// How far the rate strays over a span, over the reference.
+    /// Variation of the rate over a span, relative to the reference.
     pub(super) drift: f64,
-    /// The rate it is measured by \[mm per span\].
+    /// The reference rate \[mm per span\].
     pub(super) reference: f64,
-    /// Standard deviation of a reading, over what was stated or the least.
+    /// Standard deviation of a reading, relative to the stated or smallest one.
     scatter: f64,
     correlation: f64,
 }
 
 impl Component {
-    /// Probability that the wear `ahead` spans after the last reading is above `wear_mm`, if the rate strays on as it did.
+    /// Probability that the wear `ahead` spans after the last reading is above `wear_mm`, if the rate continues to
+    /// vary as before.
     fn chance_above(&self, ahead: f64, wear_mm: f64) -> f64 {
         let c = &self.covariance;
         let walk = self.drift * self.reference;
@@ -97,14 +102,14 @@ impl Component {
     }
 }
 
-/// What the readings of one edge say: wear whose rate strays like a random walk by an unknown amount, seen through
-/// readings of an unknown scatter whose errors may hang together.
+/// The wear estimated from the readings of one edge. Its rate varies like a random walk by an unknown amount, and
+/// the readings have an unknown scatter, with possibly correlated errors.
 ///
-/// Scatter, correlation and straying are tried on a grid, each with a weight beforehand that the constants of this file
-/// give with their reasons; the readings then weigh them by the restricted likelihood. No estimate counts as
-/// known: what a few readings leave open makes the interval wider. The scatter is never below what the readings state
-/// (0.3 µm where they do not). Where every reading states an uncertainty they weigh by it. Valid from [`LEAST_PLACES`]
-/// numbers of parts.
+/// Scatter, correlation and variation are tried on a grid. Each has a prior weight from the constants of this file,
+/// with their reasons; the readings then weight them by the restricted likelihood. No estimate counts as known: if
+/// few readings leave a value uncertain, the interval becomes wider. The scatter is never below the stated one (0.3
+/// µm if none is stated). If every reading states an uncertainty, readings are weighted by it. Valid from
+/// [`LEAST_PLACES`] numbers of parts.
 #[derive(Debug, Clone)]
 pub struct WearCourse {
     components: Vec<Component>,
@@ -117,17 +122,17 @@ pub struct WearCourse {
     neighbours_mm: f64,
 }
 
-/// The readings in the scale of the filter, and what the grid needs to know of them.
+/// The readings in the scale of the filter, with the values that the grid needs.
 struct Prepared {
     places: Vec<f64>,
-    /// About their mean, where the readings are small numbers \[mm\].
+    /// Wear relative to its mean, so that the numbers are small \[mm\].
     wear_mm: Vec<f64>,
     middle_mm: f64,
     deviations_mm: Vec<f64>,
     typical_mm: f64,
-    /// Middle of the scatters beforehand, over the typical deviation.
+    /// Prior median of the scatter, relative to the typical deviation.
     usual: f64,
-    /// Slope of least squares \[mm per span\], and what a unit of scatter makes of it.
+    /// Slope of least squares \[mm per span\], and its standard deviation for a unit of scatter.
     slope: f64,
     slope_deviation: f64,
     /// Spans since the cutter was new.
@@ -169,7 +174,7 @@ impl Prepared {
         Scaled { places: &self.places, wear_mm: &self.wear_mm, deviations_mm: &self.deviations_mm }
     }
 
-    /// Every scatter for one fit, with the logarithm of its weight and likelihood.
+    /// All scatters for one fit, with the logarithm of their weight and likelihood.
     fn weighed<'a>(
         &'a self,
         fitted: &'a Fitted,
@@ -180,7 +185,7 @@ impl Prepared {
         let scatters = std::iter::successors(Some(1.0), |scatter| Some(scatter * SCATTER_RATIO));
         scatters.take(SCATTERS as usize).filter_map(move |scatter| {
             let end = Vector2::new(fitted.end.x + self.middle_mm, fitted.end.y);
-            // What the readings cannot tell from zero may be that much.
+            // A slope that the readings cannot distinguish from zero may be this large.
             let unseen = scatter * self.typical_mm * self.slope_deviation;
             let reference = self.slope.abs().max(OF_LIFE * end.x / self.age).max(unseen);
             let drift = scatter * tried.walk.sqrt() / reference;
@@ -210,7 +215,7 @@ impl WearCourse {
     /// The course of these readings.
     ///
     /// # Errors
-    /// Readings at fewer than [`LEAST_PLACES`] numbers of parts, or not in their order.
+    /// Readings at fewer than [`LEAST_PLACES`] numbers of parts, or readings out of order.
     pub fn of(readings: &[WearReading]) -> Result<Self, CourseFault> {
         if let Some(before) =
             readings.windows(2).position(|pair| matches!(pair, [one, next] if one.parts_cut > next.parts_cut))
@@ -299,14 +304,15 @@ impl WearCourse {
         self.mean(|component| component.scatter) * self.typical_mm
     }
 
-    /// Standard deviation of a reading as neighbours tell it \[mm\], at least what it states: few misread ones, or a cutter
-    /// that was changed, make it no larger, as they do the scatter. Too small where errors hang together, by half at most.
+    /// Standard deviation of a reading from the differences of its neighbours \[mm\], at least the stated one. A
+    /// few wrong readings or a changed cutter do not make it larger, as they do the scatter. With correlated errors
+    /// it is too small, by half at most.
     #[must_use]
     pub fn neighbour_scatter_mm(&self) -> f64 {
         self.neighbours_mm
     }
 
-    /// What the readings say of how they were taken and of how steadily the edge wears.
+    /// The quality of the readings and the steadiness of the wear.
     #[must_use]
     pub fn basis(&self) -> CourseBasis {
         CourseBasis {
@@ -325,31 +331,30 @@ impl WearCourse {
         WearRate {
             wear_mm: self.mean(|component| component.end.x),
             rate_mm_per_part: self.mean(|component| component.end.y) / self.span(),
-            // The shares add up to one but for rounding.
+            // The shares add up to one except for rounding.
             chance_rising: self.mean(Component::chance_rising).min(1.0),
         }
     }
 
-    /// Whether it is at least 90 % sure that the wear still grows at the last reading.
+    /// Whether the wear still grows at the last reading with a probability of at least 90 %.
     #[must_use]
     pub fn is_rising(&self) -> bool {
         self.now().chance_rising >= RISING
     }
 
-    /// Probability that the wear once `parts` are cut is above `wear_mm` \[mm\], if the rate strays on as it did and no new
-    /// stage of wear begins; for parts before the last reading that of the last reading.
+    /// Probability that the wear after `parts` parts is above `wear_mm` \[mm\], if the rate continues to vary as
+    /// before and no new stage of wear begins. For parts before the last reading, that of the last reading.
     #[must_use]
     pub fn chance_above(&self, parts: f64, wear_mm: f64) -> f64 {
         let ahead = ((parts - f64::from(self.last_parts)) / self.span()).max(0.0);
         self.mean(|component| component.chance_above(ahead, wear_mm))
     }
 
-    /// The wear that is as likely exceeded as not once `parts` are cut \[mm\], if no new stage begins: between `least_mm`
-    /// and `most_mm`.
+    /// The median wear after `parts` parts \[mm\], if no new stage begins, between `least_mm` and `most_mm`.
     #[must_use]
     pub fn middle_mm(&self, parts: f64, [least_mm, most_mm]: [f64; 2]) -> f64 {
         let (mut low_mm, mut high_mm) = (least_mm, most_mm);
-        // A thousand millionth of the stretch is left.
+        // A thousand millionth of the interval is left.
         for _ in 0..30 {
             let middle_mm = 0.5 * (low_mm + high_mm);
             if self.chance_above(parts, middle_mm) > 0.5 {
@@ -362,8 +367,8 @@ impl WearCourse {
     }
 }
 
-/// Standard deviation of a reading from the median of how far the steps between neighbours lie from the middle one: 1.4826
-/// times it for normal steps, each of two readings.
+/// Standard deviation of a reading, from the median distance of the steps between neighbours from their median:
+/// 1.4826 times it for normal steps, each of two readings.
 fn neighbours(wear_mm: &[f64]) -> f64 {
     let mut steps: Vec<f64> =
         wear_mm.windows(2).filter_map(|pair| Some(pair.get(1)? - pair.first()?)).collect();
@@ -374,13 +379,13 @@ fn neighbours(wear_mm: &[f64]) -> f64 {
     1.4826 * median(&mut steps) / std::f64::consts::SQRT_2
 }
 
-/// The upper middle of the values, which are put in order.
+/// The upper median of the values. It sorts them.
 fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The walks and correlations tried, each with its weight beforehand.
+/// The walks and correlations tried, each with its prior weight.
 fn grid(typical_mm: f64) -> impl Iterator<Item = (Tried, f64)> {
     let roughnesses =
         move || std::iter::successors(Some(LEAST_ROUGHNESS), |roughness| Some(roughness * 10.0_f64.sqrt()));

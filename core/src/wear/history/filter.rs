@@ -1,12 +1,11 @@
-//! The filter behind a course: wear whose rate strays like a random walk, seen through readings whose errors hang
-//! together.
+//! The filter of a course: wear whose rate varies like a random walk, seen through readings with correlated errors.
 
 use nalgebra::{Matrix2, Vector2};
 
-/// Readings as the filter takes them, in the order of the parts.
+/// Readings in the filter's form, in the order of the parts.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scaled<'a> {
-    /// Where: −1 at the first reading, 0 at the last.
+    /// Positions: −1 at the first reading, 0 at the last.
     pub(super) places: &'a [f64],
     /// Wear \[mm\].
     pub(super) wear_mm: &'a [f64],
@@ -14,7 +13,7 @@ pub(super) struct Scaled<'a> {
     pub(super) deviations_mm: &'a [f64],
 }
 
-/// What is tried on the readings.
+/// One combination tried on the readings.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Tried {
     /// Variance that the rate gains over the span \[mm² per span³\], in the scale of the deviations.
@@ -23,10 +22,10 @@ pub(super) struct Tried {
     pub(super) correlation: f64,
 }
 
-/// What a walk and a correlation make of the readings.
+/// The result of a walk and a correlation for the readings.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fitted {
-    /// Sum of the squares of the innovations over their variances, the start fitted.
+    /// Sum of the squares of the innovations over their variances, with the fitted start.
     pub(super) square: f64,
     /// Logarithm of the determinants of the innovations and of the start.
     pub(super) log_determinant: f64,
@@ -49,7 +48,7 @@ struct Spread {
     error: f64,
 }
 
-/// How a reading weighs on each state, and the variance of its innovation.
+/// The weight of a reading on each state, and the variance of its innovation.
 #[derive(Debug, Clone, Copy)]
 struct Gain {
     wear: f64,
@@ -59,11 +58,11 @@ struct Gain {
 }
 
 impl Spread {
-    /// At the start, wear and rate given: the error of the first reading is as unknown as any.
+    /// At the start, with wear and rate given: the error of the first reading is as unknown as any other.
     const START: Self =
         Self { wear: 0.0, wear_rate: 0.0, wear_error: 0.0, rate: 0.0, rate_error: 0.0, error: 1.0 };
 
-    /// A step later.
+    /// The spread one step later.
     fn ahead(&self, step: f64, Tried { walk, correlation }: Tried) -> Self {
         Self {
             wear: self.wear
@@ -88,8 +87,8 @@ impl Spread {
         }
     }
 
-    /// Once the reading is in. It is wear plus error, nothing else: whatever is left of one is left of the other. So
-    /// nothing cancels where the reading says nearly all of the wear.
+    /// The spread after the reading. The reading is wear plus error and nothing else, so both keep the same
+    /// remaining variance. Nothing cancels, even if the reading determines almost all of the wear.
     fn seen(&self, deviation: f64, gain: &Gain) -> Self {
         let error = self.error - gain.error * gain.error / gain.total;
         let rate_error = self.rate_error - gain.rate * gain.error / gain.total;
@@ -107,12 +106,12 @@ impl Spread {
 /// Wear, rate and error of the reading, for one column.
 type State = [f64; 3];
 
-/// A step later.
+/// The state one step later.
 fn forward([wear, rate, error]: State, step: f64, correlation: f64) -> State {
     [wear + step * rate, rate, correlation * error]
 }
 
-/// The state once a reading is in that gives `reading` for this column.
+/// The state after a reading that gives `reading` for this column.
 fn informed(state: State, reading: f64, deviation: f64, gain: &Gain) -> (State, f64) {
     let [wear, rate, error] = state;
     let innovation = reading - wear - deviation * error;
@@ -122,7 +121,7 @@ fn informed(state: State, reading: f64, deviation: f64, gain: &Gain) -> (State, 
 }
 
 impl Scaled<'_> {
-    /// Step from the reading before, wear and deviation of every reading.
+    /// Step from the previous reading, wear and deviation of every reading.
     fn steps(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         let before = self.places.iter().take(1).chain(self.places);
         let steps = self.places.iter().zip(before).map(|(here, before)| here - before);
@@ -131,13 +130,13 @@ impl Scaled<'_> {
             .map(|(step, (wear, deviation))| (step, *wear, *deviation))
     }
 
-    /// The Kalman filter of the twice integrated walk with errors that follow a first-order autoregression from reading
-    /// to reading, wear and rate at the first reading left free: the filter runs over the readings and over the two
-    /// columns of the start at once, and least squares of the innovations give the start (de Jong, 1988: the augmented
-    /// filter; its likelihood is the restricted one). With a walk and a correlation of 0 it is the straight line of
-    /// weighted least squares. `None` where the readings do not fix the start.
+    /// The Kalman filter of the twice integrated walk, with errors that follow a first-order autoregression from
+    /// reading to reading. Wear and rate at the first reading are free: the filter runs over the readings and over
+    /// the two columns of the start together, and least squares of the innovations give the start (de Jong, 1988:
+    /// the augmented filter; its likelihood is the restricted one). With a walk and a correlation of 0 it is the
+    /// straight line of weighted least squares. `None` if the readings do not determine the start.
     pub(super) fn fit(&self, tried: Tried) -> Option<Fitted> {
-        // What the filter makes of the readings, and of unit wear and unit rate at the start.
+        // The filter's states for the readings, and for unit wear and unit rate at the start.
         let mut states: [State; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let mut spread = Spread::START;
         let mut normal = Matrix2::zeros();
@@ -153,7 +152,7 @@ impl Scaled<'_> {
                 (*state, *innovation) =
                     informed(forward(*state, step, tried.correlation), reading, deviation, &gain);
             }
-            // The innovation of the readings is that of the columns times the start, and noise.
+            // The innovation of the readings is that of the columns times the start, plus noise.
             let [innovation, of_wear, of_rate] = innovations;
             let column = -Vector2::new(of_wear, of_rate);
             normal += column * column.transpose() / gain.total;
@@ -180,8 +179,8 @@ impl Scaled<'_> {
         is_sound.then_some(fitted)
     }
 
-    /// The likeliest wear at every reading, all readings known, from the start that [`fit`](Self::fit) found: the filter
-    /// forward, then the disturbances back (de Jong, 1989), which needs no inverse of a covariance.
+    /// The likeliest wear at every reading given all readings, from the start that [`fit`](Self::fit) found. The
+    /// filter runs forward, then the disturbances backward (de Jong, 1989), which needs no inverse of a covariance.
     pub(super) fn smooth(&self, tried: Tried, start: Vector2<f64>) -> Vec<f64> {
         struct Seen {
             step: f64,
@@ -280,7 +279,7 @@ mod tests {
             let xn = DVector::from_row_slice(&[1.0, since[5]]) - x.transpose() * &w * &kn;
             let variance = k[(5, 5)] - kn.dot(&(&w * &kn)) + xn.dot(&(&inverse * &xn));
             assert!((found.covariance.m11 - variance).abs() < 1e-9 * variance, "{tried:?}");
-            // The same of the rate, and of both: the walk of the rate and the wear at s hang together by s²/2.
+            // The same for the rate, and for both: the covariance of the walk's rate and the wear at s is s²/2.
             let rate_k = DVector::from_fn(6, |i, _| walk * since[i] * since[i] / 2.0);
             let rate_x = DVector::from_row_slice(&[0.0, 1.0]) - x.transpose() * &w * &rate_k;
             let rate = start[1] + rate_k.dot(&(&w * &left));
@@ -292,7 +291,8 @@ mod tests {
         }
     }
 
-    /// Where the rate strays by far more than the readings scatter, the wear is what was read, to the scatter of one.
+    /// If the rate varies by far more than the readings scatter, the wear equals the readings, to the scatter of
+    /// one.
     #[test]
     fn nothing_cancels_where_the_walk_is_wild() {
         let tried = Tried { walk: 1e5, correlation: 0.0 };

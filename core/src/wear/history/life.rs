@@ -1,61 +1,61 @@
-//! How many parts a cutter's edges still cut before one of them reaches the limit.
+//! The number of parts until one of a cutter's edges reaches the limit.
 
 use super::WearCourse;
 use super::ahead::{Ahead, DRAWN, Stages};
 
-/// What is left outside an interval of 95 % on either side.
+/// Probability outside a 95 % interval on each side.
 const TAIL: f64 = 0.025;
-/// How far ahead anything is told, in spans of the readings: nobody has seen farther stages of the wear.
+/// Largest prediction, in spans of the readings: later stages of the wear are unknown.
 const REACH: f64 = 3.0;
-/// Places looked at on the way to the estimate.
+/// Positions searched for the estimate.
 const PLACES: u32 = 120;
-/// Halvings of the stretch between two of them.
+/// Halvings of the interval between two of them.
 const HALVINGS: u32 = 40;
 
-/// What can be told.
+/// The kind of prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LifeKind {
-    /// The number of parts at which an edge reaches the limit if it wears on as it does.
+    /// The number of parts at which an edge reaches the limit if it continues to wear as before.
     Predicted,
-    /// Of no edge it is sure that the wear still rises (less than 90 %).
+    /// No edge is known to wear still (probability below 90 %).
     NoRise,
-    /// The limit is reached beyond what the readings reach to.
+    /// The limit is reached beyond the range of prediction.
     BeyondReach,
 }
 
 /// Parts between which the limit is reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LifeEnds {
-    /// Reached before with a probability of 2.5 % at most; `None` where that lies beyond the reach.
+    /// Reached before this with a probability of at most 2.5 %; `None` if it is beyond the range.
     pub earliest: Option<f64>,
-    /// Reached before with a probability of 97.5 % at least; `None` where that lies beyond the reach, or where of no edge it
-    /// is sure that it wears.
+    /// Reached before this with a probability of at least 97.5 %; `None` if it is beyond the range, or if no edge
+    /// is known to wear.
     pub latest: Option<f64>,
 }
 
 /// Parts cut since the cutter was new at which the first edge reaches the limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CutterLife {
-    /// What can be told.
+    /// The kind of prediction.
     pub kind: LifeKind,
     /// The ends, whatever stage of wear comes next.
     pub ends: LifeEnds,
-    /// As likely before as after, for the edge that is first, if its rate strays on as it did.
+    /// The median for the edge that is first, if its rate continues to vary as before.
     pub estimate: Option<f64>,
     /// The ends if no new stage of wear begins before the limit is reached.
     pub same_stage: LifeEnds,
-    /// Index of the edge that the estimate is of, where there is one.
+    /// Index of the edge to which the estimate belongs, if there is one.
     pub first_edge: Option<usize>,
-    /// The parts beyond which nothing is told.
+    /// The parts beyond which nothing is predicted.
     pub reach: f64,
 }
 
-/// When the first of the edges with these courses reaches `limit_mm`, counted from `parts_now`, the parts at the newest
-/// reading of any of them.
+/// The parts at which the first of the edges with these courses reaches `limit_mm`, counted from `parts_now`, the
+/// parts at the newest reading of any edge.
 ///
-/// Whatever the edges have in common, the chance that one has reached the limit is between the largest of theirs and
-/// their sum: the sum gives the early ends, the largest the estimate and the late ends. Estimate and late ends come from
-/// edges whose wear still rises.
+/// The probability that one edge has reached the limit is between the largest probability of one edge and their
+/// sum, whatever the edges have in common. The sum gives the early ends, the largest the estimate and the late
+/// ends. Estimate and late ends come from edges whose wear still rises.
 #[must_use]
 pub fn cutter_life(courses: &[&WearCourse], limit_mm: f64, parts_now: u32) -> CutterLife {
     let now = f64::from(parts_now);
@@ -88,16 +88,16 @@ pub fn cutter_life(courses: &[&WearCourse], limit_mm: f64, parts_now: u32) -> Cu
     }
 }
 
-/// The ends of several edges.
+/// The ends for several edges.
 #[derive(Debug, Default)]
 struct Ends {
-    /// What any edge's courses reach, as far as the early end may need it.
+    /// Parts reached by the courses of any edge, as far as the early end may need them.
     any: Vec<f64>,
     latest: Option<f64>,
 }
 
 impl Ends {
-    /// Courses of one more edge, in the order of the parts at which they reach the limit.
+    /// Adds the courses of another edge, in the order of the parts at which they reach the limit.
     fn add(&mut self, reached: Vec<f64>, rises: bool) {
         let late = reached.get(rank(1.0 - TAIL)).copied().filter(|_| rises);
         self.latest = match (self.latest, late) {
@@ -112,7 +112,7 @@ impl Ends {
         let told = |parts: f64| (parts <= reach).then_some(parts.max(now));
         let earliest = self.any.get(rank(TAIL)).copied().and_then(told);
         let latest = self.latest.and_then(told);
-        // The estimate is not one of the drawn courses: rounding may put it just outside the ends.
+        // The estimate is not one of the simulated courses: rounding may put it just outside the ends.
         LifeEnds {
             earliest: match (earliest, estimate) {
                 (Some(parts), Some(estimate)) => Some(parts.min(estimate)),
@@ -124,13 +124,14 @@ impl Ends {
     }
 }
 
-/// Which of the courses in order is the first with this share of all before it.
+/// Index of the first ordered course that has this share of all courses before it.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the courses drawn")]
 fn rank(share: f64) -> usize {
     (share * DRAWN as f64).round() as usize
 }
 
-/// The first parts from now on at which the limit is as likely reached as not, if no new stage begins.
+/// The first parts from now on at which the limit is reached with a probability of one half, if no new stage
+/// begins.
 fn middle(course: &WearCourse, limit_mm: f64, now: f64, reach: f64) -> Option<f64> {
     let is_reached = |parts: f64| course.chance_above(parts, limit_mm) >= 0.5;
     let places = (0..=PLACES).map(|k| now + (reach - now) * f64::from(k) / f64::from(PLACES));

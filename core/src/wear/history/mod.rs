@@ -1,5 +1,5 @@
-//! What measured wear says of the parts that are left: the course of one edge's readings, the courses it may take from
-//! there, and the life of a cutter.
+//! The prediction from measured wear: the course of one edge's readings, its possible continuations, and the life
+//! of a cutter.
 
 mod ahead;
 mod course;

@@ -1,12 +1,13 @@
-//! The normal distribution, and numbers drawn from it that are the same everywhere.
+//! The normal distribution, and random numbers from it that are the same everywhere.
 
 use crate::geometry::trig;
 
-/// Standard deviations from the mean. Farther out the probability is 0 or 1 within 1e-15, the last digit that counts here.
+/// Standard deviations from the mean. Beyond this, the probability is 0 or 1 within 1e-15, the last digit needed
+/// here.
 const FARTHEST: f64 = 8.0;
 
-/// Probability that a normal variable of mean 0 and deviation 1 is below `z`. The series of odd powers of Abramowitz
-/// and Stegun 26.2.11, whose terms are all of one sign. NaN gives NaN.
+/// Probability that a normal variable of mean 0 and deviation 1 is below `z`. It is the series of odd powers of
+/// Abramowitz and Stegun 26.2.11, whose terms all have one sign. NaN gives NaN.
 pub(super) fn below(z: f64) -> f64 {
     if z.abs() > FARTHEST {
         return if z > 0.0 { 1.0 } else { 0.0 };
@@ -21,8 +22,8 @@ pub(super) fn below(z: f64) -> f64 {
     (0.5 + sum * density).clamp(0.0, 1.0)
 }
 
-/// The value that a normal variable is below with this probability, to 5e-4 (Abramowitz and Stegun 26.2.23): enough to
-/// draw from. Probabilities nearer to 0 or 1 than 1e-12 count as 1e-12.
+/// The value below which a normal variable is with this probability, to 5e-4 (Abramowitz and Stegun 26.2.23): exact
+/// enough for random numbers. Probabilities nearer to 0 or 1 than 1e-12 count as 1e-12.
 pub(super) fn quantile(probability: f64) -> f64 {
     let tail = probability.min(1.0 - probability).max(1e-12);
     let t = (-2.0 * tail.ln()).sqrt();
@@ -32,13 +33,14 @@ pub(super) fn quantile(probability: f64) -> f64 {
     if probability < 0.5 { -z } else { z }
 }
 
-/// A fixed sequence of numbers that look random: xorshift of 64 bits (Marsaglia, 2003). The same seed gives the same
-/// numbers, so that the same readings get the same answer.
+/// A fixed sequence of numbers that look random: xorshift of 64 bits (Marsaglia, 2003). The same seed gives the
+/// same numbers, so that the same readings give the same result.
 #[derive(Debug, Clone)]
 pub(super) struct Draws(u64);
 
 impl Draws {
-    /// Numbers of neighbouring seeds have nothing in common: the seed is stirred first (Steele, Lea and Flood, 2014).
+    /// The seed is mixed first, so that the numbers of neighbouring seeds are independent (Steele, Lea and Flood,
+    /// 2014).
     pub(super) fn new(seed: u64) -> Self {
         let mut stirred = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
         stirred = (stirred ^ (stirred >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -46,7 +48,7 @@ impl Draws {
         Self((stirred ^ (stirred >> 31)).max(1))
     }
 
-    /// Between 0 and 1, never either.
+    /// A number between 0 and 1, never equal to either.
     pub(super) fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -54,7 +56,7 @@ impl Draws {
         ((self.0 >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    /// A waiting time of mean 1 where nothing tells how long it has lasted.
+    /// A waiting time of mean 1 whose elapsed part is unknown.
     pub(super) fn waiting(&mut self) -> f64 {
         -self.uniform().ln()
     }
@@ -83,7 +85,7 @@ mod tests {
         ] {
             assert!((below(z) - probability).abs() < 1e-14, "{z}: {}", below(z));
             assert!((below(-z) - (1.0 - probability)).abs() < 1e-14, "{z}");
-            // What the approximation promises.
+            // The stated accuracy of the approximation.
             assert!((quantile(probability) - z).abs() < 4.5e-4, "{z}: {}", quantile(probability));
             assert!((quantile(1.0 - probability) + z).abs() < 4.5e-4, "{z}");
         }
@@ -103,7 +105,7 @@ mod tests {
         assert!(mean.abs() < 0.02 && (square - 1.0).abs() < 0.03 && (fourth - 3.0).abs() < 0.2);
         let waiting = (0..20_000).map(|_| draws.waiting()).sum::<f64>() / 20_000.0;
         assert!((waiting - 1.0).abs() < 0.03, "{waiting}");
-        // So have the first numbers of neighbouring seeds.
+        // The same holds for the first numbers of neighbouring seeds.
         let first: Vec<f64> = (0..20_000).map(|seed| Draws::new(seed).uniform()).collect();
         let mean = first.iter().sum::<f64>() / 20_000.0;
         let product = first.windows(2).map(|pair| pair.iter().product::<f64>()).sum::<f64>() / 19_999.0;

@@ -1,4 +1,4 @@
-//! A measured wear, and why some are too few.
+//! A measured wear, and why readings can be too few.
 
 use thiserror::Error;
 
@@ -9,24 +9,26 @@ pub struct WearReading {
     pub parts_cut: u32,
     /// The wear \[mm\].
     pub wear_mm: f64,
-    /// Its standard uncertainty \[mm\], where it is stated.
+    /// Its standard uncertainty \[mm\], if stated.
     pub standard_uncertainty_mm: Option<f64>,
 }
 
-/// Places along the parts that a course needs: two fix a line, the third says how far to trust it.
+/// Different part counts that a course needs: two determine a line, and the third shows how reliable it is.
 pub const LEAST_PLACES: usize = 3;
 
-/// Why readings have no course.
+/// Why readings give no course.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum CourseFault {
     /// Too few different numbers of parts.
-    #[error("{found} numbers of parts were measured at, and {LEAST_PLACES} are needed")]
+    #[error(
+        "the readings are at {found} different numbers of parts, but at least {LEAST_PLACES} are needed; measure again after more parts"
+    )]
     TooFew {
         /// Different numbers of parts among the readings.
         found: usize,
     },
     /// A reading at fewer parts than the one before.
-    #[error("reading {reading} is not in the order of the parts")]
+    #[error("reading {reading} is not in the order of the parts; sort the readings by parts")]
     OutOfOrder {
         /// Index of the reading.
         reading: usize,

@@ -1,4 +1,4 @@
-//! All needles of a surface, sorted by place, and what is left of them.
+//! All needles of a surface, sorted by position, and their residuals.
 
 use std::ops::ControlFlow;
 
@@ -10,37 +10,37 @@ use crate::contact::CutterBody;
 use crate::surface::SurfacePoint;
 use crate::units::Length;
 
-/// Samples in one tile, at most.
+/// Most samples in one tile.
 const TILE: usize = 512;
 
 /// The needles of all samples of a surface.
 ///
-/// They are sorted into tiles of neighbours once, by their places alone: so what comes out does not depend on how many
-/// parts the tiles are shared among, bit for bit.
+/// They are sorted into tiles of neighbours once, by their positions alone. The result therefore does not depend,
+/// to the bit, on the number of parts among which the tiles are shared.
 #[derive(Debug, Clone)]
 pub struct NeedleBed {
     tiles: Vec<Tile>,
     samples: usize,
 }
 
-/// Counts of what was looked at.
+/// Counts of the comparisons made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct CutCounts {
-    /// Pairs of a needle and a piece that were looked at one by one.
+    /// Pairs of a needle and a piece that were compared one by one.
     pub pairs: u64,
-    /// Pieces compared with clumps of needles.
+    /// Comparisons of pieces with clumps of needles.
     pub looks: u64,
-    /// Boxes around pieces compared with the box around a clump of needles.
+    /// Comparisons of boxes around pieces with the box around a clump of needles.
     pub boxes: u64,
     /// Pairs that shortened the needle.
     pub cuts: u64,
 }
 
-/// So many boxes are compared while one pair is looked at.
+/// Number of boxes compared in the time of one pair.
 const BOXES_PER_PAIR: u64 = 16;
 
 impl CutCounts {
-    /// Everything that took time.
+    /// All work that took time.
     #[must_use]
     pub fn work(&self) -> u64 {
         self.pairs + self.looks + self.boxes / BOXES_PER_PAIR
@@ -50,7 +50,7 @@ impl CutCounts {
 impl NeedleBed {
     /// Needles up to the height `stock` over finite samples with unit normals.
     ///
-    /// `None` where `stop` broke.
+    /// `None` if `stop` broke.
     #[must_use]
     pub fn new(samples: &[SurfacePoint], stock: Length, stop: &dyn Fn() -> ControlFlow<()>) -> Option<Self> {
         let mut order: Vec<usize> = (0..samples.len()).collect();
@@ -61,8 +61,8 @@ impl NeedleBed {
         made.is_continue().then_some(Self { tiles, samples: samples.len() })
     }
 
-    /// Cuts the needles with a batch of pieces, in as many parts as `parts` wants. It breaks off where `leave` is over: the
-    /// needles then mean nothing, and the counts say whether it was the work.
+    /// Cuts the needles with a batch of pieces, in as many parts as `parts` asks for. It breaks off if `leave` is
+    /// over: the needles then mean nothing, and the counts show whether the work limit was the reason.
     pub fn cut(
         &mut self,
         body: &CutterBody,
@@ -95,7 +95,7 @@ impl NeedleBed {
         flows.into_iter().find(ControlFlow::is_break).unwrap_or(ControlFlow::Continue(()))
     }
 
-    /// What is left at every sample, in their order; `None` is uncut.
+    /// The residual of every sample, in their order; `None` is uncut.
     #[must_use]
     pub fn residuals(&self) -> Vec<Option<Residual>> {
         let mut residuals = vec![None; self.samples];
@@ -107,7 +107,7 @@ impl NeedleBed {
         residuals
     }
 
-    /// What was looked at so far.
+    /// The comparisons made so far.
     #[must_use]
     pub fn counts(&self) -> CutCounts {
         self.tiles.iter().fold(CutCounts::default(), |sum, tile| CutCounts {
@@ -119,10 +119,10 @@ impl NeedleBed {
     }
 }
 
-/// Whether to go on is asked before so many samples are divided: a millisecond or two.
+/// From this number of samples on, a division first asks whether to continue: a millisecond or two.
 const ASKED_FROM: usize = 4096;
 
-/// Divides samples at the median of their longest side until no part holds more than `most`, and hands the parts out.
+/// Divides samples at the median of their longest side until no part has more than `most`, and hands the parts out.
 pub(super) fn divide(
     samples: &[SurfacePoint],
     order: &mut [usize],
@@ -146,7 +146,7 @@ pub(super) fn divide(
     }
     let side = (around.high_mm - around.low_mm).imax();
     let middle = order.len() / 2;
-    // equal places are told apart by their indices, so that the halves are the same however they are found
+    // Equal positions are ordered by their indices, so that the halves are the same whatever the method.
     order.select_nth_unstable_by(middle, |&a, &b| {
         samples[a].point_mm[side].total_cmp(&samples[b].point_mm[side]).then(a.cmp(&b))
     });

@@ -1,31 +1,31 @@
-//! Boxes along the axes of W, for leaving out what cannot meet.
+//! Boxes along the axes of W, to exclude pairs that cannot meet.
 
 use crate::geometry::Vec3;
 
-/// A box along the axes; it may hold nothing.
+/// A box along the axes; it may be empty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct AxisBox {
-    /// Least corner \[mm\].
+    /// Smallest corner \[mm\].
     pub(super) low_mm: Vec3,
-    /// Most corner \[mm\].
+    /// Largest corner \[mm\].
     pub(super) high_mm: Vec3,
 }
 
 impl AxisBox {
-    /// A box that holds nothing and meets nothing.
+    /// An empty box, which meets nothing.
     pub(super) const NOTHING: Self = Self {
         low_mm: Vec3::new(f64::INFINITY, f64::INFINITY, f64::INFINITY),
         high_mm: Vec3::new(f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY),
     };
 
-    /// Makes room for a point.
+    /// Extends the box to include a point.
     #[inline]
     pub(super) fn take(&mut self, point_mm: Vec3) {
         self.low_mm = self.low_mm.inf(&point_mm);
         self.high_mm = self.high_mm.sup(&point_mm);
     }
 
-    /// Makes room for another box.
+    /// Extends the box to include another box.
     #[inline]
     pub(super) fn join(&mut self, other: &Self) {
         self.low_mm = self.low_mm.inf(&other.low_mm);

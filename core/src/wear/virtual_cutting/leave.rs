@@ -1,25 +1,26 @@
-//! How long one batch may be cut with.
+//! The limit of the work with one batch.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What takes time, counted, between two questions: some tenths of a millisecond.
+/// Counted work between two questions: some tenths of a millisecond.
 const ASK_EVERY: u64 = 4096;
 
-/// How much work cutting may be, and whether somebody waits for it. The parts that cut side by side share it.
+/// The limit of the cutting work, and whether the caller still waits for it. The parts that cut side by side
+/// share it.
 pub struct CutLeave<'s> {
     left: AtomicU64,
     stop: &'s (dyn Fn() -> ControlFlow<()> + Sync),
 }
 
 impl<'s> CutLeave<'s> {
-    /// For at most so much work ([`CutCounts::work`](super::CutCounts::work)), until `stop` breaks.
+    /// A limit of `most_work` ([`CutCounts::work`](super::CutCounts::work)), until `stop` breaks.
     #[must_use]
     pub fn new(most_work: u64, stop: &'s (dyn Fn() -> ControlFlow<()> + Sync)) -> Self {
         Self { left: AtomicU64::new(most_work), stop }
     }
 
-    /// Whether there is work left. What is refused once is refused to all parts.
+    /// Whether the limit is reached. After one refusal all parts are refused.
     fn is_over(&self) -> bool {
         self.left.load(Ordering::Relaxed) == 0
     }
@@ -28,7 +29,8 @@ impl<'s> CutLeave<'s> {
         if (self.stop)().is_break() {
             self.left.store(0, Ordering::Relaxed);
         } else {
-            // Exactly what is left ends it too: what comes to the limit is told apart by its counts.
+            // The limit is also over if exactly no work is left: the counts show whether the limit was
+            // reached.
             let less = |left: u64| Some(left.saturating_sub(work));
             let _ = self.left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
         }
@@ -36,7 +38,7 @@ impl<'s> CutLeave<'s> {
     }
 }
 
-/// The share of one part in a [`CutLeave`].
+/// One part's share of a [`CutLeave`].
 pub(super) struct Share<'a, 's> {
     leave: &'a CutLeave<'s>,
     untold: u64,
@@ -47,7 +49,7 @@ impl<'a, 's> Share<'a, 's> {
         Self { leave, untold: 0 }
     }
 
-    /// Counts work that was done, and says whether to go on.
+    /// Counts finished work, and decides whether to continue.
     #[inline]
     pub(super) fn after(&mut self, work: u64) -> ControlFlow<()> {
         self.untold += work;

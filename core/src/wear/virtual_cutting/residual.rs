@@ -1,11 +1,11 @@
-//! What the cutter leaves at one sample.
+//! The residual at one sample.
 
-/// What a program leaves at one sample of the surface, along its normal.
+/// The residual of a program at one sample of the surface, along its normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
     /// + excess (material left), − gouge \[mm\].
     pub residual_mm: f64,
-    /// Line of the program with the motion that made it; where several leave the same, one of them.
+    /// Line of the program with the motion that made it. If several leave the same residual, one of them.
     pub line: u64,
     /// Whether that motion is a rapid.
     pub by_rapid: bool,

@@ -1,26 +1,25 @@
 //! A needle against one straight piece of motion, in the frame of the tool.
 //!
-//! There the needle moves and the cutter rests: at the fraction u of the piece and the height s it is at
-//! `(1 − u)(a0 + s·n0) + u(a1 + s·n1)`. The signed distance d(s, u) is convex in u for every s, and convex in s for
-//! every u, because the cutter is convex.
+//! In this frame the needle moves and the cutter is at rest. At the fraction u of the piece and the height s, the
+//! needle is at `(1 − u)(a0 + s·n0) + u(a1 + s·n1)`. The signed distance d(s, u) is convex in u for every s, and
+//! convex in s for every u, because the cutter is convex.
 
 use crate::contact::CutterBody;
 use crate::geometry::Vec3;
 
-/// A level is not entered by less than this \[mm\].
+/// Smallest depth by which a level must be entered \[mm\].
 const FLOOR_MM: f64 = -1e-8;
-/// The cutter is taken so much larger that a needle or its top that is only touched counts, whatever rounding says
-/// \[mm\].
+/// Enlargement of the cutter, so that a needle or its top that is only touched counts in spite of rounding \[mm\].
 const TOUCH_MM: f64 = 2e-8;
-/// How near a least distance is found \[mm\], or as a share of itself: the next level looks again.
+/// Accuracy of a least distance \[mm\], or as a share of itself: the next level checks again.
 const GAP_MM: f64 = 1e-9;
 const GAP_SHARE: f64 = 0.02;
-/// Entries are found to this \[mm\].
+/// Accuracy of entries \[mm\].
 const ENTRY_MM: f64 = 1e-11;
-/// Bounds on the steps, never reached but where rounding rules.
+/// Bounds on the number of steps. They are only reached by rounding.
 const MAX_STEPS: usize = 60;
 const MAX_LEVELS: usize = 100;
-/// Levels after which the entry lies on a fold, and tangent planes show the way.
+/// Levels after which the entry counts as on a fold, and tangent planes are used.
 const SMOOTH_LEVELS: usize = 2;
 
 /// A needle in the frame of the tool, at both ends of a piece.
@@ -41,15 +40,15 @@ struct Mark {
     slope: f64,
 }
 
-/// Where the distance along a line is least.
+/// The position of the least distance along a line.
 #[derive(Debug, Clone, Copy)]
 struct Least {
     mark: Mark,
-    /// Marks on either side of it, falling toward it and rising from it; `None` at an end of the line.
+    /// Marks on either side of it, with the distance decreasing and increasing; `None` at an end of the line.
     between: Option<[Mark; 2]>,
 }
 
-/// A line run through from u = 0 to u = 1 in the frame of the tool.
+/// A line from u = 0 to u = 1 in the frame of the tool.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Run {
     from_mm: Vec3,
@@ -66,14 +65,14 @@ impl Run {
         let p = self.from_mm + self.step_mm * u;
         let radial_mm = (p.x * p.x + p.y * p.y).sqrt();
         let profile = body.profile(radial_mm, p.z);
-        // on the axis the distance has no radial slope but on folds, where any will do
+        // On the axis the distance has no radial slope except on folds, where any slope will do.
         let turn = if radial_mm > 0.0 { profile.radial / radial_mm } else { 0.0 };
         let slope = (p.x * self.step_mm.x + p.y * self.step_mm.y) * turn + profile.axial * self.step_mm.z;
         Mark { u, distance_mm: profile.distance_mm - TOUCH_MM, slope }
     }
 
-    /// A lower bound of the distance along the run, by its tangents; those at the ends, and where these do not settle
-    /// `enough_mm`, one between.
+    /// A lower bound of the distance along the run, by its tangents: those at the ends, and one between if these do
+    /// not decide `enough_mm`.
     #[inline]
     pub(super) fn lower_bound_mm(&self, body: &CutterBody, enough_mm: f64) -> f64 {
         let left = self.mark(body, 0.0);
@@ -94,7 +93,7 @@ impl Run {
         finer_mm.max(bound_mm).min(middle.distance_mm)
     }
 
-    /// About where the distance is least, if it is below `floor_mm` anywhere.
+    /// The approximate position of the least distance, if it is below `floor_mm` anywhere.
     #[inline]
     fn least(&self, body: &CutterBody, floor_mm: f64) -> Option<Least> {
         let mut left = self.mark(body, 0.0);
@@ -119,7 +118,7 @@ impl Run {
                 return below(best, left, right);
             }
             let width = right.u - left.u;
-            // the secant serves smooth stretches, the tangents' meeting folds, the middle what is neither
+            // The secant is for smooth parts, the intersection of tangents for folds, the middle for all others.
             let u = match step % 3 {
                 0 => left.u - width * left.slope / (right.slope - left.slope),
                 1 => meet,
@@ -141,7 +140,8 @@ impl Run {
         below(best, left, right)
     }
 
-    /// The root of the distance that Newton's way from outside leads to, from `u` on: convex, so never past it.
+    /// The root of the distance that Newton's method reaches from outside, starting at `u`. The distance is convex,
+    /// so it never goes past the root.
     fn enter(&self, body: &CutterBody, mut u: f64) -> f64 {
         for _ in 0..MAX_STEPS {
             let mark = self.mark(body, u);
@@ -154,7 +154,7 @@ impl Run {
     }
 }
 
-/// Where the tangents of both marks meet, and how low; `left.slope < right.slope`.
+/// Intersection of the tangents of both marks, and its height; `left.slope < right.slope`.
 #[inline]
 fn tangents(left: &Mark, right: &Mark) -> (f64, f64) {
     let width = right.u - left.u;
@@ -170,18 +170,18 @@ impl Section {
         Run::new([from + self.along[0] * s_mm, to + self.along[1] * s_mm])
     }
 
-    /// The needle at the fraction `u`, run through by its height.
+    /// The needle at the fraction `u`, as a function of its height.
     fn needle(&self, u: f64) -> Run {
         let from_mm = self.at_mm[0] + (self.at_mm[1] - self.at_mm[0]) * u;
         Run { from_mm, step_mm: self.along[0] + (self.along[1] - self.along[0]) * u }
     }
 
-    /// The least height below `best_mm` at which a position of the piece enters that also contains `stock_mm`, if there
-    /// is one; `best_mm` ≤ `stock_mm`.
+    /// The smallest height below `best_mm` at which a position of the piece enters that also contains `stock_mm`,
+    /// if there is one; `best_mm` ≤ `stock_mm`.
     ///
-    /// At a height s the least distance over all counting u is found; where it is negative, the entry at that u is
-    /// the next, lower s. No u can enter below the height at which all have a distance of 0 or more: it would
-    /// contain the stock's height and its entry, and so every height between.
+    /// At a height s, the least distance over all counting u is found. If it is negative, the entry at that u is
+    /// the next, lower s. No u can enter below a height at which all have a distance of 0 or more: it would contain
+    /// the stock's height and its entry, and so every height between.
     #[inline]
     pub(super) fn entry_below(&self, body: &CutterBody, stock_mm: f64, best_mm: f64) -> Option<f64> {
         let mut lowest = None;
@@ -214,8 +214,8 @@ impl Section {
         lowest
     }
 
-    /// Where the tangent planes of d(s, u) at two marks of the level `s_mm` and the plane d = 0 meet, if between them: on
-    /// a fold of the distance the entries at one u come down slowly, these do not.
+    /// The intersection of the tangent planes of d(s, u) at two marks of the level `s_mm` with the plane d = 0, if
+    /// it is between them. On a fold of the distance, the entries at one u decrease slowly, and these do not.
     fn on_fold(&self, body: &CutterBody, s_mm: f64, [left, right]: [Mark; 2]) -> Option<f64> {
         let [by_left, by_right] = [left.u, right.u].map(|u| self.needle(u).mark(body, s_mm).slope);
         let [from_left, from_right] = [left, right].map(|mark| mark.u - mark.distance_mm / mark.slope);
@@ -237,11 +237,11 @@ impl Section {
         Some(top.enter(body, u).clamp(0.0, 1.0))
     }
 
-    /// Where the cutter, which contains the needle at `inside_mm`, begins on it.
+    /// The point at which the cutter, which contains the needle at `inside_mm`, begins on it.
     fn entry_at(&self, body: &CutterBody, u: f64, inside_mm: f64) -> f64 {
         let needle = self.needle(u);
         let mark = needle.mark(body, inside_mm);
-        // a tangent's root lies outside; where the tangent does not fall, a whole diameter further down does
+        // A tangent's root is outside. If the tangent does not fall, a point a whole diameter below is.
         let outside_mm = if mark.slope < -0.1 {
             inside_mm - mark.distance_mm / mark.slope
         } else {

@@ -10,13 +10,13 @@ use crate::kinematics::ToolPose;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sweep {
     tips_mm: [Vec3; 2],
-    /// From W into the frame of the tool, which turns with the axis and not about it.
+    /// From W into the frame of the tool, which follows the axis but does not turn about it.
     to_tool: [Mat3; 2],
     /// The corner's centre on the axis, half way \[mm\].
     middle_mm: Vec3,
-    /// The axis half way, unit but for the turn.
+    /// The axis half way; its length is 1 except for the turn.
     axis: Vec3,
-    /// How far any point of the cutter gets from where it is half way \[mm\].
+    /// Largest distance of any point of the cutter from its position half way \[mm\].
     half_travel_mm: f64,
     /// Chord of the turn of the axis.
     turn: f64,
@@ -46,15 +46,15 @@ impl Sweep {
         }
     }
 
-    /// A point fixed in W, as the tool sees it at both ends.
+    /// A point fixed in W, in the tool's frame at both ends.
     #[inline]
     fn seen_mm(&self, point_mm: Vec3) -> [Vec3; 2] {
-        // written out: a closure for both is not always inlined
+        // Written out, because a closure for both is not always inlined.
         let [first, second] = &self.to_tool;
         [first * (point_mm - self.tips_mm[0]), second * (point_mm - self.tips_mm[1])]
     }
 
-    /// The needle of a sample, as the tool sees it at both ends.
+    /// The needle of a sample, in the tool's frame at both ends.
     #[inline]
     pub(super) fn section(&self, point_mm: Vec3, normal: Vec3) -> Section {
         let first = self.to_tool[0] * normal;
@@ -67,11 +67,11 @@ impl Sweep {
         self.to_tool[0] == self.to_tool[1]
     }
 
-    /// A lower bound of the distance between a point and the cutter along the piece \[mm\]; `None` where the distance is
-    /// certainly more than `enough_mm`.
+    /// A lower bound of the distance between a point and the cutter along the piece \[mm\]; `None` if the distance
+    /// is certainly more than `enough_mm`.
     #[inline]
     pub(super) fn nearness_mm(&self, body: &CutterBody, point_mm: Vec3, enough_mm: f64) -> Option<f64> {
-        // the cutter lies within R of its axis between the corner's centre and its top
+        // The cutter is within R of its axis between the corner's centre and its top.
         let from_centre = point_mm - self.middle_mm;
         let length_mm = body.cutting_length_mm() - body.corner_radius_mm();
         let along = from_centre.dot(&self.axis).clamp(0.0, length_mm);
@@ -91,10 +91,10 @@ fn frame(axis: Vec3) -> Mat3 {
     rows(x, axis.cross(&x), axis)
 }
 
-/// The frame carried along the shortest turn from one axis to another.
+/// The frame after the shortest turn from one axis to another.
 fn carried(start: &Mat3, from: Vec3, to: Vec3) -> Mat3 {
     let both = from + to;
-    // opposite axes have no shortest turn; no piece turns that far
+    // Opposite axes have no shortest turn, but no piece turns that far.
     let scale = 1.0 / (1.0 + from.dot(&to)).max(1e-9);
     let [x, y] = [0, 1].map(|k| {
         let old: Vec3 = start.row(k).transpose();
@@ -109,7 +109,7 @@ fn rows(x: Vec3, y: Vec3, z: Vec3) -> Mat3 {
 
 /// The box around the cutter at a pose.
 fn box_of(body: &CutterBody, pose: &ToolPose) -> AxisBox {
-    // how far a disc of radius 1 across the axis reaches along x, y and z
+    // Extent of a disc of radius 1 across the axis, along x, y and z.
     let reach = pose.axis.map(|part| (1.0 - part * part).max(0.0).sqrt());
     let (corner_mm, core_mm, radius_mm) = (body.corner_radius_mm(), body.core_radius_mm(), body.radius_mm());
     let corner = pose.tip_mm + pose.axis * corner_mm;
@@ -123,7 +123,7 @@ fn box_of(body: &CutterBody, pose: &ToolPose) -> AxisBox {
     found
 }
 
-/// Pieces in one group: consecutive ones, which mostly lie together.
+/// Pieces in one group: consecutive ones, which are mostly close together.
 const GROUP: usize = 16;
 
 /// A batch of pieces in the order of the program, with boxes around them and around groups of them.
@@ -135,7 +135,7 @@ pub struct SweepBatch {
 }
 
 impl SweepBatch {
-    /// How many pieces are worth cutting with at once.
+    /// Number of pieces worth cutting with together.
     pub const FULL: usize = 16_384;
 
     /// An empty batch.
@@ -144,8 +144,8 @@ impl SweepBatch {
         Self::default()
     }
 
-    /// Takes a piece of motion between two poses. `slack_mm` is how far the true motion may be from the one that is
-    /// straight in the frame of the tool, for the cutter's farthest point.
+    /// Adds a piece of motion between two poses. `slack_mm` is the largest distance, for the cutter's farthest
+    /// point, between the true motion and the motion that is straight in the frame of the tool.
     pub fn push(
         &mut self,
         body: &CutterBody,
@@ -156,7 +156,7 @@ impl SweepBatch {
     ) {
         let mut around = box_of(body, poses[0]);
         around.join(&box_of(body, poses[1]));
-        // an axis that turns bulges out between the ends, by less than the slack
+        // A turning axis bulges out between the ends, by less than the slack.
         let slack = Vec3::repeat(4.0 * slack_mm);
         let around = AxisBox { low_mm: around.low_mm - slack, high_mm: around.high_mm + slack };
         if self.sweeps.len().is_multiple_of(GROUP) {
@@ -169,33 +169,33 @@ impl SweepBatch {
         self.boxes.push(around);
     }
 
-    /// How many pieces it holds.
+    /// Number of pieces.
     #[must_use]
     pub fn len(&self) -> usize {
         self.sweeps.len()
     }
 
-    /// Whether it holds none.
+    /// Whether it has no pieces.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.sweeps.is_empty()
     }
 
-    /// Forgets all pieces.
+    /// Removes all pieces.
     pub fn clear(&mut self) {
         self.sweeps.clear();
         self.boxes.clear();
         self.groups.clear();
     }
 
-    /// The groups that meet a box, and how many boxes that took.
+    /// The groups that meet a box, and the number of boxes compared.
     pub(super) fn groups_at(&self, around: &AxisBox, found: &mut Vec<usize>) -> u64 {
         found.clear();
         found.extend((0..self.groups.len()).filter(|&index| self.groups[index].meets(around)));
         self.groups.len() as u64
     }
 
-    /// How many boxes [`Self::pieces_at`] looks at.
+    /// Number of boxes that [`Self::pieces_at`] compares.
     pub(super) fn boxes_looked_at(&self, groups: &[usize], around: &AxisBox) -> u64 {
         let met = groups.iter().filter(|&&group| self.groups[group].meets(around)).count();
         (groups.len() + met * GROUP) as u64

@@ -1,4 +1,4 @@
-//! A few hundred neighbouring needles, and how a batch of pieces cuts them.
+//! A few hundred neighbouring needles, and their cutting by a batch of pieces.
 
 use std::ops::ControlFlow;
 
@@ -11,9 +11,9 @@ use crate::contact::CutterBody;
 use crate::geometry::Vec3;
 use crate::surface::SurfacePoint;
 
-/// Needles in one clump, at most.
+/// Most needles in one clump.
 const CLUMP: usize = 8;
-/// What rounding may add to a distance \[mm\].
+/// Largest rounding error of a distance \[mm\].
 const ROUNDING_MM: f64 = 1e-9;
 
 /// One needle.
@@ -21,7 +21,7 @@ const ROUNDING_MM: f64 = 1e-9;
 pub(super) struct Needle {
     point_mm: Vec3,
     normal: Vec3,
-    /// Where the lowest entry so far is; the stock's height where there is none \[mm\].
+    /// Height of the lowest entry so far; the stock's height if there is none \[mm\].
     height_mm: f64,
     line: u64,
     /// Index of its sample.
@@ -41,12 +41,13 @@ impl Needle {
         self.is_cut.then_some(Residual { residual_mm: height_mm, line, by_rapid })
     }
 
-    /// The point of the needle that a cutter from outside contains if it shortens it.
+    /// The point of the needle that a cutter from outside contains if it shortens the needle.
     fn top_mm(&self) -> Vec3 {
         self.point_mm + self.normal * self.height_mm
     }
 
-    /// The nominal surface, where the needle stands above it: a cutter that contains it gouges, from wherever it came.
+    /// The foot of the needle on the nominal surface, if the needle is still above it. A cutter that contains the
+    /// foot gouges, from any side.
     fn foot_mm(&self) -> Option<Vec3> {
         (self.height_mm > 0.0).then_some(self.point_mm)
     }
@@ -59,13 +60,13 @@ impl Needle {
     }
 }
 
-/// Needles so near each other that they are left out together.
+/// Needles so near each other that they are excluded together.
 #[derive(Debug, Clone)]
 struct Clump {
     first: usize,
     end: usize,
     centre_mm: Vec3,
-    /// Around the tops of its needles, and their feet.
+    /// The box around the tops and feet of its needles.
     around: AxisBox,
     /// Distance of the farthest of them from the centre \[mm\].
     reach_mm: f64,
@@ -83,7 +84,7 @@ impl Clump {
         clump
     }
 
-    /// Looks where they are now.
+    /// Updates the box from the present needles.
     fn measure(&mut self, needles: &[Needle]) {
         self.around = AxisBox::NOTHING;
         let mut square: f64 = 0.0;
@@ -113,7 +114,7 @@ impl Tile {
         let mut sorted: Vec<Needle> = Vec::with_capacity(order.len());
         let mut clumps = Vec::new();
         let to_the_end = || ControlFlow::Continue(());
-        // A few hundred samples: nobody asks so soon.
+        // A few hundred samples are divided before the first question is due.
         let _ = divide(samples, &mut order, CLUMP, &to_the_end, &mut |part| {
             let first = sorted.len();
             sorted.extend(part.iter().map(|&index| Needle::new(index, &samples[index], stock_mm)));
@@ -137,8 +138,8 @@ impl Tile {
         }
     }
 
-    /// Cuts with every piece of a batch. In each clump the piece that comes nearest goes first, so that most of the
-    /// others are too far away by then.
+    /// Cuts with every piece of a batch. In each clump the nearest piece goes first, so that most others are then
+    /// too far away.
     pub(super) fn cut(
         &mut self,
         body: &CutterBody,
