@@ -120,6 +120,7 @@ impl WarningKind {
 
     /// The warning in words.
     #[must_use]
+    #[expect(clippy::too_many_lines, reason = "one row for each warning")]
     pub const fn text(self) -> &'static str {
         match self {
             Self::ContactOffTool => {

@@ -118,7 +118,7 @@ impl<'a> RegionCheck<'a> {
                 }
                 ExpectedInRegion::SmoothedMotion { moved, region } => self.moved(&motion, &moved, region)?,
                 ExpectedInRegion::Part { group, index, region } => {
-                    self.part(&motion, &group, index, region)?
+                    self.part(&motion, &group, index, region)?;
                 }
             }
         }
