@@ -85,6 +85,20 @@ async fn motions_are_told_in_millimetres_and_degrees_whatever_the_programs_unit(
 }
 
 #[tokio::test]
+async fn a_program_for_osp_is_read_as_that_where_the_caller_says_so() {
+    let app = machines().await;
+    let program = "OPART\nG21 G90 G94\nT5 M6\nG0 X0. Y0. A0. C0.\nG56 Z50. H1\nG1 X10. F500.\nM02\n%\n";
+    let told = |answer: &Value| (answer["dialect"].clone(), motion(answer, 6)["work_offset"].clone());
+    let found = app.report("m", OPERATION, "", program).await;
+    assert_eq!(told(&found), (json!("iso"), json!("G56")));
+    let stated = app.report("m", OPERATION, "dialect=okuma", program).await;
+    assert_eq!(told(&stated), (json!("okuma"), Value::Null));
+    assert_eq!(motion(&stated, 6)["joints"], json!({"X": 10.0, "Y": 0.0, "Z": 50.0, "A": 0.0, "C": 0.0}));
+    let shown = app.report("m", OPERATION, "", &format!("$PART.MIN%\n{program}")).await;
+    assert_eq!(shown["dialect"], "okuma");
+}
+
+#[tokio::test]
 async fn what_is_not_known_is_null_and_what_is_left_alone_says_why() {
     let app = machines().await;
     // Without an offset nothing is refused: where the tip is, is not known.

@@ -43,10 +43,8 @@ proptest! {
         ends in prop::collection::vec((-40_i32..40, -40_i32..40, 0_i32..30, -25_i32..25), 1..6),
         feed in 200_i32..3000,
     ) {
-        let cuts: String = ends
-            .iter()
-            .map(|(x, y, a, c)| format!("G1 X{x}.000 Y{y}.000 A{a}.000 C{c}.000 F{feed}\n"))
-            .collect();
+        let cut = |(x, y, a, c): &(i32, i32, i32, i32)| format!("G1 X{x}.000 Y{y}.000 A{a}.000 C{c}.000 F{feed}\n");
+        let cuts = ends.iter().map(cut).collect::<Vec<_>>().concat();
         // The length is named where the level is, by another code; behind it the text is the same.
         let osp = format!("$P.MIN%\nOP1\nG15 H1\nG21 G90 G94 G17\nT1 M6\nG0 X0.000 Y0.000 A0.000 C0.000\nG56 Z50.000 H1\n{cuts}M02\n%\n");
         let iso = format!("%\nO1\nG54\nG21 G90 G94 G17\nT1 M6\nG0 X0.000 Y0.000 A0.000 C0.000\nG43 Z50.000 H1\n{cuts}M02\n%\n");

@@ -20,12 +20,14 @@ mod dialect;
 mod execute;
 mod feed;
 mod feed_rules;
+mod feed_words;
 mod g_codes;
 mod interpreter;
 mod m_codes;
 mod machine_axes;
 mod meaning;
 mod modal;
+mod motion_shell;
 mod motions;
 mod offsets;
 #[cfg(test)]

@@ -4,7 +4,8 @@
 use super::block_words::{AXES, bit};
 use super::interpreter::Interpreter;
 use super::modal::{ModalFeed, MotionMode};
-use super::travel::{CONTACTS, POINTS, VECTOR, VECTORS, most_decimals};
+use super::motion_shell::most_decimals;
+use super::travel::{CONTACTS, POINTS, VECTOR, VECTORS};
 use super::{ContactWords, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block};
 

@@ -1,34 +1,28 @@
 //! Axis words into a motion.
 
-use super::block_words::{AXES, BlockWords, bit};
+use super::block_words::{AXES, bit};
 use super::interpreter::Interpreter;
-use super::modal::{ModalFeed, MotionMode, ToolLength};
-use super::{
-    ArcCourse, AxisWords, ContactWords, Decimals, Extra, Feed, FeedMode, Interpolation, ModalGroup, Motion,
-    MotionKind, Unfollowable,
-};
-use crate::program::{Address, Block, round_to_decimals};
+use super::modal::{MotionMode, ToolLength};
+use super::motion_shell::most_decimals;
+use super::{AxisWords, ContactWords, Extra, Interpolation, ModalGroup, Motion, MotionKind, Unfollowable};
+use crate::program::{Address, Block};
 
-const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 pub(super) const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
-const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
+pub(super) const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 pub(super) const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
-const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
+pub(super) const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
 pub(super) const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
 /// Words of an arc's centre and radius.
 const I: u32 = 1 << 8;
 const J: u32 = 1 << 9;
 const K: u32 = 1 << 10;
 const R: u32 = 1 << 17;
+pub(super) const CENTRE: u32 = I | J | K;
 /// Repetitions of a cycle.
 const L: u32 = 1 << 11;
-const FEED: usize = Address::F.index();
 pub(super) const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
 /// Words that say where the cutter touches.
 pub(super) const CONTACTS: u32 = POINTS | NORMALS;
-/// A feed stated from outside is rounded by less than this share.
-const FEED_ROUNDING: f64 = 1e-6;
-const MAX_FEED_DECIMALS: u8 = 6;
 
 impl Interpreter {
     /// The end of every block: feed, then the motion its axis words ask for under the present modes. `reason` is
@@ -292,170 +286,6 @@ impl Interpreter {
         ContactWords::None
     }
 
-    #[inline]
-    pub(super) fn set_feed(&mut self) {
-        if self.block.present & (1 << FEED) != 0 {
-            let known = self.block.unknown & (1 << FEED) == 0 && !self.this_block.other_feed;
-            self.modal.feed = if known {
-                ModalFeed::Given(self.block.values[FEED], self.block.decimals[FEED])
-            } else {
-                ModalFeed::Unknown
-            };
-        }
-    }
-
-    #[inline]
-    pub(super) fn feed(&self) -> Feed {
-        let mode = self.modal.feed_mode();
-        let paths = self.rules.feed.paths;
-        let word_in_block = self.block.present & (1 << FEED) != 0;
-        let stands = match self.modal.feed {
-            // A time is one block's in every dialect, a speed goes on.
-            ModalFeed::Given(..) if mode == Some(FeedMode::InverseTime) && !word_in_block => None,
-            ModalFeed::Given(raw, decimals) => Some((raw, decimals)),
-            ModalFeed::NeverGiven if mode == Some(FeedMode::PerMinute) => self.feed_before_the_first(),
-            ModalFeed::NeverGiven | ModalFeed::Unknown => None,
-        };
-        let Some((raw, decimals)) = stands else {
-            return Feed { mode, value: None, raw: 0.0, decimals: 0, paths, word_in_block };
-        };
-        let value = match mode {
-            Some(FeedMode::PerMinute | FeedMode::PerRevolution) => {
-                self.modal.mm_per_unit.map(|scale| raw * scale)
-            }
-            Some(FeedMode::InverseTime) => Some(raw),
-            None => None,
-        };
-        Feed { mode, value, raw, decimals, paths, word_in_block }
-    }
-
-    /// The feed stated from outside, as an F word would be written in the program's units: the fewest decimals that
-    /// come within `FEED_ROUNDING` of it, at most `MAX_FEED_DECIMALS`.
-    fn feed_before_the_first(&self) -> Option<(f64, u8)> {
-        let raw = self.options.feed_mm_per_min? / self.modal.mm_per_unit?;
-        let near = |decimals: &u8| (round_to_decimals(raw, *decimals) - raw).abs() < FEED_ROUNDING * raw;
-        let decimals = (0..MAX_FEED_DECIMALS).find(near).unwrap_or(MAX_FEED_DECIMALS);
-        let rounded = round_to_decimals(raw, decimals);
-        (rounded > 0.0 && rounded.is_finite()).then_some((rounded, decimals))
-    }
-
-    /// A motion with all that modes and words say but for places.
-    #[inline]
-    pub(super) fn motion_shell(&mut self, index: usize, block: &Block, kind: MotionKind) -> Motion {
-        let decimals = self.decimals();
-        let program_decimals = self.note_decimals(decimals);
-        Motion {
-            block: u32::try_from(index).unwrap_or(u32::MAX),
-            line: block.line,
-            kind,
-            arc: if kind == MotionKind::Arc { self.arc_course() } else { ArcCourse::Carried },
-            further_turns: self.this_block.further_turns.filter(|_| kind == MotionKind::Arc),
-            interpolation: match self.modal.tool_length {
-                Some(ToolLength::Tcp | ToolLength::Vector) => Interpolation::Tcp,
-                Some(ToolLength::Plain | ToolLength::OtherTcp) | None => Interpolation::Machine,
-            },
-            start: None,
-            end: None,
-            linear_end_mm: None,
-            tool_axis: None,
-            vector_start: None,
-            program_offset_mm: self.modal.program_offset_mm,
-            repeats: false,
-            contact: ContactWords::None,
-            feed: self.feed(),
-            extra: None,
-            plane: self.modal.plane,
-            incremental: self.modal.incremental == Some(true),
-            mm_per_unit: self.modal.mm_per_unit.unwrap_or(1.0),
-            decimals,
-            program_decimals,
-            unfollowable: None,
-            offset_changed: self.offset_changed(),
-            is_shifted: self.modal.is_shifted(),
-            work_offset: self.modal.work_offset,
-            tool: self.modal.spindle.tool(),
-            exact_stop: self.modal.exact_stop || self.this_block.exact_stop,
-            is_only_offset: self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset)),
-        }
-    }
-
-    /// Takes a block's decimals into the most of the program, and gives these.
-    #[inline]
-    pub(super) fn note_decimals(&mut self, decimals: Decimals) -> Decimals {
-        let most = &mut self.program_decimals;
-        most.linear = most.linear.max(decimals.linear);
-        most.rotary = most.rotary.max(decimals.rotary);
-        most.contact = most.contact.max(decimals.contact);
-        most.extra = most.extra.max(decimals.extra);
-        *most
-    }
-
-    /// What the arc at hand hangs on.
-    fn arc_course(&self) -> ArcCourse {
-        // `I=AC(…)` does not move with the ends.
-        let centre_stands = self.block.absolute & (I | J | K) != 0;
-        if self.rules.is_of_points || self.this_block.about_centre || centre_stands {
-            ArcCourse::Centre
-        } else if self.this_block.tangent {
-            ArcCourse::Neighbour
-        } else {
-            ArcCourse::Carried
-        }
-    }
-
-    /// Of the words of the block; a class without a word takes its modal values.
-    #[inline]
-    pub(super) fn decimals(&self) -> Decimals {
-        let modal = self.position.modal_decimals();
-        let most = |addresses: &[Address], modal: u8| {
-            let mut found = false;
-            let mut most = 0;
-            for &address in addresses {
-                if self.block.has(address) {
-                    found = true;
-                    most = most.max(self.block.decimals[address.index()]);
-                }
-            }
-            if found { most } else { modal }
-        };
-        let mut contact = most(&CONTACT, modal.contact);
-        if self.block.present & NORMALS != 0 {
-            contact = most(&NORMAL, contact);
-        }
-        Decimals {
-            linear: most(&LINEAR, modal.linear),
-            rotary: if self.block.present & VECTORS != 0 {
-                most_decimals(&self.block)
-            } else {
-                most(&self.axes.rotary(), modal.rotary)
-            },
-            contact,
-            extra: modal.extra,
-        }
-    }
-
-    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a shift of it.
-    #[inline]
-    fn offset_changed(&self) -> bool {
-        self.modal.is_shifted()
-            || self.modal.program_offset_mm != Some([0.0; 3])
-            || self.modal.work_offset.is_some_and(|offset| {
-                !self.is_only_offset(offset) && self.options.work_offsets.of(offset, false).is_none()
-            })
-    }
-
-    #[inline]
-    fn note_offset(&mut self, motion: &mut Motion) {
-        let is_complete =
-            motion.end.is_some() || (motion.linear_end_mm.is_some() && motion.tool_axis.is_some());
-        if is_complete && self.only_offset.is_none() {
-            self.only_offset = self.modal.work_offset;
-        }
-        motion.is_shifted = self.modal.is_shifted();
-        motion.offset_changed = self.offset_changed();
-        motion.is_only_offset = self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset));
-    }
-
     /// A block in cycle mode: the plane's axes end where the words say, the others somewhere else.
     fn run_cycle(&mut self, index: usize, block: &Block, motions: &mut Vec<Motion>) {
         self.opaque(index, block, Unfollowable::CannedCycle, motions);
@@ -490,12 +320,6 @@ fn feeds_a_turn(motion: &Motion) -> bool {
     motion.kind != MotionKind::Rapid
         && !same(&start.rotary_deg, &end.rotary_deg)
         && (motion.interpolation == Interpolation::Machine || same(&start.linear_mm, &end.linear_mm))
-}
-
-/// Of a block's tool vector.
-pub(super) fn most_decimals(block: &BlockWords) -> u8 {
-    let decimals = VECTOR.map(|address| if block.has(address) { block.decimals[address.index()] } else { 0 });
-    decimals.into_iter().max().unwrap_or(0)
 }
 
 fn mode_unknown(group: ModalGroup) -> Unfollowable {

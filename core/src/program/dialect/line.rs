@@ -99,6 +99,7 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
+    #[inline]
     pub(super) fn new(source: Source<'a>, extent: Extent, repeatable: u32, batch: &'a mut Batch) -> Self {
         let Source { text, start, shift, line: number, .. } = source;
         Self {
@@ -130,6 +131,7 @@ impl<'a> Line<'a> {
     }
 
     /// Where the line or the statement ends, its line ending left out. Its present position is in it.
+    #[inline]
     pub(super) fn end(&self) -> usize {
         if self.extent.body_end == usize::MAX { line_end(self.text, self.at) } else { self.extent.body_end }
     }
@@ -158,11 +160,13 @@ impl<'a> Line<'a> {
     }
 
     /// Goes to the end.
+    #[inline]
     pub(super) fn skip_all(&mut self) {
         self.at = self.end();
     }
 
     /// Whether this is the first line of the upload, and nothing of it was read yet but a byte order mark stands here.
+    #[inline]
     pub(super) fn is_at_byte_order_mark(&self) -> bool {
         self.number == 1
             && self.at == self.start
@@ -170,26 +174,31 @@ impl<'a> Line<'a> {
     }
 
     /// Its words so far.
+    #[inline]
     pub(super) fn words(&self) -> &[Word] {
         self.batch.words.get(self.first_word..).unwrap_or_default()
     }
 
     /// The last of them.
+    #[inline]
     pub(super) fn last_word(&mut self) -> Option<&mut Word> {
         self.batch.words.get_mut(self.first_word..).and_then(<[Word]>::last_mut)
     }
 
     /// Whether nothing but blanks has been read.
+    #[inline]
     pub(super) fn is_untouched(&self) -> bool {
         self.words().is_empty() && self.flags == BlockFlags::default() && self.kind.is_none()
     }
 
     /// Whether there is no word but a block number so far.
+    #[inline]
     pub(super) fn has_only_number(&self) -> bool {
         self.words().iter().all(|word| word.address == Address::N)
     }
 
     /// Whether nothing but blanks and a block number stands before the present position.
+    #[inline]
     pub(super) fn opens(&self) -> bool {
         self.has_only_number() && self.flags == BlockFlags::default() && self.kind.is_none()
     }
@@ -240,6 +249,7 @@ impl<'a> Line<'a> {
     }
 
     /// Adds a statement word between two bytes.
+    #[inline]
     pub(super) fn keyword(&mut self, keyword: Keyword, start: usize, end: usize) {
         let (start, end) = (self.in_batch(start), self.in_batch(end));
         self.push(Word::of_keyword(keyword, start, end));
@@ -404,6 +414,7 @@ impl<'a> Line<'a> {
     }
 
     /// Adds the block; `kind` is what it is unless it was said before. A line ends at the present position.
+    #[inline]
     pub(super) fn close(self, kind: BlockKind) -> LineRead {
         let kind = self.kind.unwrap_or(kind);
         if kind == BlockKind::Malformed {
