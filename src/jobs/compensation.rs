@@ -21,12 +21,12 @@ use crate::wire::{
     CcFindings, CcParameters, CcReport, Contact, Fault, FaultList, JobOperation, SingularityAction,
 };
 
-/// What the compensation of the CC path is computed by. The service has one; tests may give another.
+/// The compensator of the CC path. The service has one; tests may provide another.
 pub trait Compensator: Send + Sync + fmt::Debug {
-    /// Reads the program of `source`, as often as it likes, and writes the compensated one to `output`.
+    /// Reads the program of `source` as often as it needs, and writes the compensated program to `output`.
     ///
     /// # Errors
-    /// Why there is no program; what was written so far is then dropped.
+    /// The reason why there is no program; the bytes written so far are then discarded.
     #[expect(
         clippy::too_many_arguments,
         reason = "what is compensated, into what, and under which conditions"
@@ -47,20 +47,20 @@ pub trait Compensator: Send + Sync + fmt::Debug {
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
 }
 
-/// What came of a program.
+/// The result for a program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
-    /// For the report.
+    /// Findings for the report.
     pub findings: CcFindings,
-    /// The dialect it was read in.
+    /// Dialect in which it was read.
     pub dialect: Dialect,
     /// The steps that changed something.
     pub steps: Steps,
-    /// How it was read.
+    /// The reading of the program.
     pub reading: ProgramReading,
 }
 
-/// What a program is refused for.
+/// Class of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RefusalClass {
     /// Lines that cannot be read, followed or compensated.
@@ -69,24 +69,24 @@ pub enum RefusalClass {
     ToleranceOutOfReach,
     /// An axis is commanded outside its travel.
     OutOfTravel,
-    /// A parameter that does not fit this program.
+    /// A parameter does not fit this program.
     Parameter,
     /// More work than one request may cause.
     TooCostly,
-    /// Nobody says in which unit the program counts.
+    /// The unit of the program is not known.
     UnitUnknown,
-    /// A step that was done to the program before.
+    /// A step that was already applied to the program.
     AlreadyCompensated,
 }
 
 /// Why a program is refused.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refusal {
-    /// What for.
+    /// The class.
     pub class: RefusalClass,
-    /// In a sentence.
+    /// The reason in a sentence.
     pub detail: String,
-    /// First line of the upload concerned, 1-based.
+    /// First line of the upload that it concerns, 1-based.
     pub line: Option<u64>,
     /// Text of that line.
     pub block: Option<String>,
@@ -94,24 +94,24 @@ pub struct Refusal {
     pub errors: Vec<Fault>,
 }
 
-/// Why a compensator gives no program.
+/// Why a compensator returns no program.
 #[derive(Debug, Error)]
 pub enum CompensatorFault {
     /// The program or its parameters are at fault.
     #[error("{}", .0.detail)]
     Refused(Box<Refusal>),
-    /// The caller no longer wants the answer.
+    /// The caller does not need the answer any more.
     #[error("cancelled")]
     Cancelled,
     /// A file could not be read or written.
     #[error("program text: {0}")]
     Io(#[from] std::io::Error),
-    /// The written program is not what was meant: a fault of ours.
+    /// The written program is not the intended one: a fault of the service.
     #[error("verification failed at line {line}: {what}")]
     VerificationFailed {
         /// Line of the upload.
         line: u64,
-        /// What differs.
+        /// The difference.
         what: &'static str,
     },
 }
@@ -179,7 +179,8 @@ impl ProgramParameters for CcParameters {
     }
 }
 
-/// Where nothing states the cutter the machine's tool table has to. A corner radius alone is a fault that was found before.
+/// The cutter is not stated, so the machine's tool table must give it. A corner radius alone was reported as a fault
+/// before.
 pub(super) fn missing_tool(
     parameters: &CcParameters,
     pointer: &str,
@@ -188,12 +189,12 @@ pub(super) fn missing_tool(
 ) {
     let is_stated = parameters.tool_radius_mm.is_some() || parameters.corner_radius_mm.is_some();
     if !is_stated && parameters.contact != Contact::Tip && on.shelf.is_empty() {
-        let detail = "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
+        let detail = "missing: only contact=tip works without a tool, and the machine's tool table is empty; give the tool radius";
         faults.push(|| Fault::new(format!("{pointer}/tool_radius_mm"), detail));
     }
 }
 
-/// The step that treats singular regions, where they are more than reported.
+/// The step that treats singular regions, if they are not only reported.
 pub(super) fn treats(action: SingularityAction) -> Steps {
     if action == SingularityAction::Report { Steps::NONE } else { Steps::of(&[Step::Singularity]) }
 }

@@ -1,4 +1,4 @@
-//! A data directory, opened: database migrated, left-overs swept, the first machine stored.
+//! Opens a data directory: migrates the database, removes left-over files, stores the first machine.
 
 use thiserror::Error;
 
@@ -11,35 +11,35 @@ use crate::wire::{AuditOrigin, Fault, MachineProfile, example_machine};
 /// Why a data directory cannot be used.
 #[derive(Debug, Error)]
 pub enum OpenFault {
-    /// The database.
+    /// The database cannot be used.
     #[error("the database cannot be used: {0}")]
     Store(#[from] StoreError),
-    /// The files.
+    /// The files cannot be used.
     #[error("the files cannot be used: {0}")]
     Blobs(#[from] BlobFault),
-    /// The certificates that receivers of webhooks are trusted by.
+    /// The certificates for receivers of webhooks cannot be used.
     #[error(transparent)]
     Trust(#[from] TrustFault),
-    /// The system gives no random numbers.
-    #[error("the system gives no random numbers: {0}")]
+    /// The system provides no random numbers.
+    #[error("the system provides no random numbers: {0}")]
     NoRandomness(getrandom::Error),
-    /// The system gives no thread.
-    #[error("the system gives no thread: {0}")]
+    /// The system cannot start a thread.
+    #[error("the system cannot start a thread: {0}")]
     Thread(std::io::Error),
-    /// The example profile: a fault of ours.
+    /// The example profile is wrong: a fault of the service.
     #[error("the example machine has {} faults", .0.len())]
     Example(Vec<Fault>),
 }
 
-/// Opens database and files; a store that never held a machine gets the example.
+/// Opens database and files; a store that never held a machine gets the example machine.
 ///
 /// # Errors
-/// What cannot be used.
+/// The part that cannot be used.
 pub async fn open_data_directory(
     settings: &Settings,
     sources: &Sources,
 ) -> Result<(Store, Blobs), OpenFault> {
-    // The database first: where it is lost, nothing beside it is touched.
+    // The database comes first: if it is lost, the files beside it are not touched.
     let store = Store::open(&settings.data_dir.join(DATABASE_NAME), settings.store_readers).await?;
     let blobs = Blobs::open(&settings.data_dir)?;
     let store = store.noting_damage_in(blobs.soundness());
@@ -59,7 +59,7 @@ pub async fn open_data_directory(
             calibration_id: None,
             created_at: sources.timestamp(),
         };
-        // Nobody else has the directory, so nothing can have come first.
+        // No other process has the directory, so no other machine can have come first.
         let _stored =
             store.put_machine(new, None, None, &Actor::without_request(AuditOrigin::Service)).await?;
     }
@@ -74,6 +74,6 @@ pub async fn open_data_directory(
 /// Digest of a normalised profile.
 #[must_use]
 pub fn profile_sha256(profile: &MachineProfile) -> String {
-    // A checked profile holds finite numbers and strings only, which always print.
+    // A checked profile contains only finite numbers and strings, which can always be printed.
     sha256_hex(&serde_json::to_vec(profile).unwrap_or_default())
 }

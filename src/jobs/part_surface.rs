@@ -12,51 +12,51 @@ use crate::process::ProgramSource;
 use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, StlFault, stl_facets_at_most};
 use crate::wire::SurfaceReading;
 
-/// Why an uploaded surface is not worked with.
+/// Why an uploaded surface is not used.
 #[derive(Debug, Error)]
 pub enum PartSurfaceFault {
-    /// It would take more memory than surfaces may.
+    /// It needs more memory than surfaces may have.
     #[error(
-        "a surface of {facets} facets takes an estimated {estimated_bytes} bytes of memory, at most {limit_bytes} are allowed"
+        "a surface of {facets} facets needs an estimated {estimated_bytes} bytes of memory, but the limit is {limit_bytes}; upload fewer facets, or raise max_surface_memory_bytes"
     )]
     TooLarge {
-        /// Facets it states, or has room for.
+        /// Number of facets that the file states, or has room for.
         facets: u64,
-        /// What reading them takes.
+        /// Memory for reading them.
         estimated_bytes: u64,
-        /// What there is.
+        /// The limit.
         limit_bytes: u64,
     },
-    /// Other surfaces leave too little memory at the moment.
+    /// Other surfaces leave too little memory at present.
     #[error(
-        "the surfaces that are being worked on leave less than the {estimated_bytes} bytes of memory that this one takes"
+        "other surfaces in use leave less than the {estimated_bytes} bytes of memory that this surface needs; retry later"
     )]
     NoRoom {
-        /// What reading it takes.
+        /// Memory for reading it.
         estimated_bytes: u64,
     },
-    /// It is no surface.
+    /// The file is not a surface.
     #[error(transparent)]
     Mesh(MeshFault),
 }
 
 impl PartSurfaceFault {
-    /// Whether it is only too large.
+    /// Whether the only fault is its size.
     #[must_use]
     pub fn is_too_large(&self) -> bool {
         matches!(self, Self::TooLarge { .. } | Self::Mesh(MeshFault::Stl(StlFault::TooManyFacets { .. })))
     }
 }
 
-/// How many facets a file has at most, from its first bytes and its length: exactly for a binary one. A text that has
-/// more is not read beyond them.
+/// Largest number of facets in a file, from its first bytes and its length; exact for a binary file. Further facets
+/// of a text file are not read.
 pub(super) fn facets_of(surface: &InputFile) -> io::Result<u64> {
     let mut start = Vec::new();
     surface.open()?.take(STL_HEADER_BYTES as u64).read_to_end(&mut start)?;
     Ok(stl_facets_at_most(&start, surface.length))
 }
 
-/// The part that an uploaded surface is of, if one was.
+/// The part with the uploaded surface, if one was uploaded.
 pub(super) fn part_surface(
     surface: Option<&InputFile>,
     reading: &SurfaceReading,

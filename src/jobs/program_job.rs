@@ -1,5 +1,5 @@
-//! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
-//! nothing is stored.
+//! One program from upload to stored job: the work is done in the pool, its files are kept, then a row names them.
+//! After any fault nothing is stored.
 
 use std::io::BufWriter;
 
@@ -18,41 +18,41 @@ use crate::store::{
 };
 use crate::wire::{Fault, JobDocument, JobState, Unreadable};
 
-/// A program that is to be worked on.
+/// A program to work on.
 #[derive(Debug)]
 pub struct ProgramJob {
     /// Slug of the machine.
     pub machine_id: String,
     /// Revision of the machine.
     pub machine_revision: i64,
-    /// What is done, with which parameters.
+    /// The operation and its parameters.
     pub work: ProgramWork,
-    /// A step that is asked for and was done to the program before: a posted job fails with that.
+    /// A requested step that was already applied to the program: a posted job fails with this step.
     pub repeats: Option<String>,
     /// The upload.
     pub program: Draft,
-    /// The part's surface, where one came with it.
+    /// The part's surface, if one was uploaded.
     pub surface: Option<Draft>,
-    /// Its name.
+    /// File name of the program.
     pub file_name: String,
-    /// The key it was asked under.
+    /// The idempotency key of the request.
     pub used: Option<KeyUse>,
-    /// Who asked.
+    /// The author of the request.
     pub by: Actor,
 }
 
-/// What there is to work on, and with.
+/// The inputs and means of the work.
 #[derive(Clone, Copy)]
 pub struct Workplace<'a> {
     /// The program.
     pub program: &'a InputFile,
-    /// The part's surface, where one came with it.
+    /// The part's surface, if one was uploaded.
     pub surface: Option<&'a InputFile>,
-    /// Where results go.
+    /// The place of the results.
     pub spool: &'a Spool,
     /// Threads for work in parts.
     pub threads: &'a Threads,
-    /// Breaks when nobody waits for the result any more.
+    /// Breaks when nobody needs the result any more.
     pub stop: &'a Stop<'a>,
 }
 
@@ -62,7 +62,7 @@ impl std::fmt::Debug for Workplace<'_> {
     }
 }
 
-/// Bytes gathered before a result is written.
+/// Bytes that are collected before a result is written.
 const GATHERED: usize = 1 << 18;
 
 impl Workplace<'_> {
@@ -72,28 +72,28 @@ impl Workplace<'_> {
     }
 }
 
-/// A result with its last bytes.
+/// A result after its last bytes.
 pub(super) fn written(output: BufWriter<Draft>) -> Result<Draft, JobFault> {
     output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
 }
 
-/// What the work has made.
+/// The result of the work.
 #[derive(Debug)]
 pub struct Finished {
     /// The report, as JSON text.
     pub report: String,
-    /// A program or a table, where the operation makes one.
+    /// A program or a table, if the operation makes one.
     pub output: Option<Draft>,
-    /// The table of changes, where it makes one.
+    /// The table of changes, if the operation makes one.
     pub changes: Option<Draft>,
-    /// The steps that changed the program, where the operation has any.
+    /// The steps that changed the program, if the operation has steps.
     pub steps: Option<Steps>,
-    /// Motions of a compensated program that were looked at.
+    /// Number of motions that were checked in a compensated program.
     pub motions_checked: Option<u64>,
 }
 
 impl Finished {
-    /// A report, and nothing else yet.
+    /// A report without files.
     pub(super) fn of(report: &impl serde::Serialize) -> Result<Self, JobFault> {
         let report = serde_json::to_string(report)?;
         Ok(Self { report, output: None, changes: None, steps: None, motions_checked: None })
@@ -103,7 +103,7 @@ impl Finished {
 /// Why there is no job.
 #[derive(Debug, Error)]
 pub enum JobFault {
-    /// The parameters are no document of the operation.
+    /// The parameters are not a document of this operation.
     #[error(transparent)]
     Unreadable(#[from] Unreadable),
     /// Parameters do not fit, each with its pointer.
@@ -115,13 +115,13 @@ pub enum JobFault {
     /// The pool has no place, or the computation panicked.
     #[error(transparent)]
     Compute(#[from] ComputeFault),
-    /// The work gave no result.
+    /// The work has no result.
     #[error(transparent)]
     Compensator(#[from] CompensatorFault),
     /// The drives cannot run the program.
     #[error(transparent)]
     Servo(#[from] crate::servo::ServoFault),
-    /// The part's surface is none, or too large.
+    /// The part's surface is not valid, or too large.
     #[error(transparent)]
     PartSurface(#[from] PartSurfaceFault),
     /// A file could not be kept.
@@ -130,25 +130,25 @@ pub enum JobFault {
     /// The row could not be stored.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The caller has its share of what jobs need.
+    /// The caller holds its full share.
     #[error(transparent)]
     NoShare(#[from] NoShare),
-    /// As many jobs wait as may.
-    #[error("{waiting} jobs wait already")]
+    /// The queue is full.
+    #[error("{waiting} jobs are already waiting, which is the limit; retry later")]
     QueueFull {
-        /// How many.
+        /// Number of waiting jobs.
         waiting: usize,
     },
-    /// The machine's revision does not read back: a fault of ours.
+    /// The machine's revision cannot be read: a fault of the service.
     #[error("the machine's revision cannot be used any more")]
     MachineLost,
-    /// The process died while it computed this.
+    /// The process died while it computed this job.
     #[error(
-        "the process ended unexpectedly while it computed this job and nothing else, five times; three deaths beside other work \
-         came before"
+        "the process ended unexpectedly five times while it computed only this job, after it had ended three times beside other \
+         work"
     )]
     ProcessDied,
-    /// The key is taken by another request.
+    /// The key was used for another request.
     #[error("the idempotency key was used for another request")]
     KeyReused,
     /// The report could not be printed.
@@ -156,10 +156,10 @@ pub enum JobFault {
     Report(#[from] serde_json::Error),
 }
 
-/// Does the work in the pool and stores what came of it.
+/// Does the work in the pool and stores the result.
 ///
 /// # Errors
-/// Why there is no job.
+/// The reason why there is no job.
 pub async fn run_program_job(
     compute: &Compute,
     store: &Store,
@@ -178,7 +178,7 @@ pub async fn run_program_job(
         None => None,
     };
     let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
-        // Held by the work, not by the request: it is free when nothing reads the surface any more.
+        // The work holds it, not the request: it is free when nothing reads the surface any more.
         let _memory = memory;
         let started_at = sources.timestamp();
         let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
@@ -244,12 +244,12 @@ pub async fn run_program_job(
     job_of_key(store, used.as_ref()).await
 }
 
-/// A count as the database has it.
+/// A count in the type of the database.
 pub(super) fn in_rows(count: Option<u64>) -> Option<i64> {
     count.map(|count| i64::try_from(count).unwrap_or(i64::MAX))
 }
 
-/// The job of a key that came twice at once, where the other request was faster.
+/// The job of a key that arrived twice at the same time, if the other request was faster.
 pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<JobRow, JobFault> {
     let Some(used) = used else { return Err(JobFault::KeyReused) };
     match store.remembered(used).await? {
@@ -258,7 +258,7 @@ pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<J
     }
 }
 
-/// Keeps files, each before anything names it.
+/// Keeps files before anything names them.
 pub(super) async fn keep_all<const N: usize>(
     blobs: &Blobs,
     drafts: [Option<Draft>; N],
