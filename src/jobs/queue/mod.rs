@@ -183,7 +183,7 @@ impl Queue {
     /// revision is fixed now.
     ///
     /// # Errors
-    /// The queue is full, the key stands for another request, nothing can be kept.
+    /// The queue is full, the key belongs to another request, or the files cannot be kept.
     pub async fn accept(&self, job: ProgramJob, besides: Besides) -> Result<JobRow, JobFault> {
         let shared = &*self.0;
         let Besides { external_id, callback_url, traceparent } = besides;
