@@ -15,7 +15,7 @@ pub(super) enum Need {
 /// The need of the operation with this method and this path template.
 pub(super) fn needed(method: &str, route: &str) -> Need {
     Need::Scope(match (method, route) {
-        // Methods that these routes do not have get 405 from every caller.
+        // Methods that these routes do not have get 405 for every caller.
         (_, open) if is_open(open) => return Need::Nothing,
 
         (_, "/v1/keys" | "/v1/keys/{id}" | "/v1/audit" | "/v1/webhooks/secret") => Scope::Admin,

@@ -1,4 +1,5 @@
-//! What is settled when work is accepted: the wear of the tools, and whether the steps asked for were done to this program before.
+//! Facts that are fixed when work is accepted: the wear of the tools, and whether a requested step was already
+//! applied to this program.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,18 +16,18 @@ use crate::store::{Store, StoreError};
 use crate::wear::{has_fallen, most_wear};
 use crate::wire::{ResolvedWear, WearEntry};
 
-/// What a job was accepted with beside its parameters, as it is stored.
+/// The data that a job was accepted with beside its parameters, as it is stored.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Accepted {
     /// The machine's tools.
     #[serde(flatten)]
     pub shelf: KeptShelf,
-    /// A step that is asked for and was done to the program before: the job fails with that.
+    /// A requested step that was already applied to the program: the job fails with this step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<String>,
 }
 
-/// The machine with the wear of this cutter on its shelf, where a cutter's is asked for.
+/// The machine with the wear of this cutter on its shelf, if the wear of a cutter is requested.
 ///
 /// # Errors
 /// The database failed.
@@ -43,8 +44,8 @@ pub async fn with_wear(
     Ok(on)
 }
 
-/// The wear of each tool of the table by the newest entries of its edges, and the tools whose entries do not tell it. `entries` has
-/// of each edge the newest first and, after it, the one with the most wear where that is another.
+/// The wear of each tool of the table from the newest entries of its edges, and the tools whose entries do not give
+/// it. For each edge, `entries` has the newest entry first. If another entry has more wear, it comes after.
 fn worn(
     shelf: &ToolShelf,
     cutter_id: &str,
@@ -70,8 +71,8 @@ fn kept((entry, wear_um): (&WearEntry, f64)) -> KeptWear {
     (entry.id.clone(), wear_um)
 }
 
-/// The entries of a tool that count: the newest of each edge. One of the cutter as a whole takes the place of those of its edges that
-/// are older.
+/// The entries of a tool that are used: the newest of each edge. An entry of the whole cutter replaces older entries
+/// of its edges.
 fn worn_by(entries: &[WearEntry], nominal: Option<Tool>) -> Result<Vec<&WearEntry>, WhyUnfit> {
     let of_radius: Vec<(&WearEntry, f64)> =
         entries.iter().filter_map(|entry| Some((entry, entry.radius_wear_um?))).collect();
@@ -89,7 +90,8 @@ fn worn_by(entries: &[WearEntry], nominal: Option<Tool>) -> Result<Vec<&WearEntr
             .retain(|(entry, _)| entry.edge.is_some() == any_newer && entry.measured_at >= whole.measured_at);
     }
     for (entry, wear_um) in &newest {
-        // What was measured before of the same edge or the whole cutter; of the whole cutter, what was measured of any edge.
+        // Earlier measurements of the same edge or of the whole cutter; for the whole cutter, earlier measurements of
+        // any edge.
         let is_before = |earlier: &WearEntry| {
             earlier.measured_at <= entry.measured_at
                 && (entry.edge.is_none() || earlier.edge.is_none() || earlier.edge == entry.edge)
@@ -108,7 +110,7 @@ fn worn_by(entries: &[WearEntry], nominal: Option<Tool>) -> Result<Vec<&WearEntr
     }
 }
 
-/// The wear by these entries as the report tells it.
+/// The wear from these entries, as the report states it.
 fn resolved(
     tool_id: String,
     cutter_id: &str,
@@ -131,7 +133,7 @@ fn resolved(
 /// Seconds in a day.
 const S_PER_DAY: f64 = 86_400.0;
 
-/// The first of these steps that made a program of this digest, on a machine that the caller reaches.
+/// The first of these steps that produced a program with this digest, on a machine that the caller reaches.
 ///
 /// # Errors
 /// The database failed.

@@ -1,4 +1,4 @@
-//! API keys: how one is made, and how the one that a request brings is told from every other.
+//! API keys: how the service creates a key, and how it recognises the key of a request.
 
 use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write;
@@ -12,37 +12,37 @@ use super::{Sources, time_bound};
 use crate::store::{ApiKeyRow, sha256_hex};
 use crate::wire::{ApiKeyDocument, ApiKeyRequest, Fault, FaultList, Scope};
 
-/// What every key begins with, so that people and scanners know one when they see it.
+/// The prefix of every key, so that people and scanners recognise it.
 const PREFIX: &str = "trn_";
-/// Random bytes of a key's id, which is no secret.
+/// Random bytes of a key's id, which is not secret.
 const ID_BYTES: usize = 6;
 /// Random bytes of a key's secret: 256 bits.
 const SECRET_BYTES: usize = 32;
 
-/// A key just made.
+/// A key that was just created.
 #[derive(Debug)]
 pub struct IssuedKey {
-    /// What is stored.
+    /// The row to store.
     pub row: ApiKeyRow,
-    /// The whole key, for its bearer; stored nowhere.
+    /// The whole key, for its user; it is not stored.
     pub key: String,
 }
 
-/// Why no key was made.
+/// Why no key was created.
 #[derive(Debug, Error)]
 pub enum IssueFault {
-    /// What was asked for is no key.
+    /// The request is not valid.
     #[error("{}", .0.iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect::<Vec<_>>().join("; "))]
     Invalid(Vec<Fault>),
-    /// The system gives no random numbers.
-    #[error("the system gives no random numbers: {0}")]
+    /// The system provides no random numbers.
+    #[error("the system provides no random numbers: {0}")]
     NoRandomness(getrandom::Error),
 }
 
-/// Makes a key.
+/// Creates a key.
 ///
 /// # Errors
-/// Everything that is wrong with the request, or a system without random numbers.
+/// Every fault of the request, or a system without random numbers.
 pub fn issue_key(request: &ApiKeyRequest, sources: &Sources) -> Result<IssuedKey, IssueFault> {
     let mut faults = FaultList::default();
     request.check(&mut faults);
@@ -51,7 +51,12 @@ pub fn issue_key(request: &ApiKeyRequest, sources: &Sources) -> Result<IssuedKey
         None => None,
         Some(Ok(end)) => {
             if end <= created_at {
-                faults.push(|| Fault::new("/expires_at", format!("{end} is not in the future")));
+                faults.push(|| {
+                    Fault::new(
+                        "/expires_at",
+                        format!("{end} is not in the future; give a later time, or leave it out"),
+                    )
+                });
             }
             Some(end)
         }
@@ -82,7 +87,7 @@ fn random_hex<const BYTES: usize>() -> Result<String, IssueFault> {
     getrandom::fill(&mut bytes).map_err(IssueFault::NoRandomness)?;
     let mut text = String::with_capacity(2 * BYTES);
     for byte in bytes {
-        // Writing into a string does not fail.
+        // Writing into a string cannot fail.
         let _written = write!(text, "{byte:02x}");
     }
     Ok(text)
@@ -93,54 +98,54 @@ fn parts_of_key(text: &str) -> Option<(&str, &str)> {
     text.strip_prefix(PREFIX)?.split_once('_')
 }
 
-/// The id that a key's text names. Whether the key is one of this service is not looked at.
+/// The id in a key's text. It does not check whether this service has such a key.
 #[must_use]
 pub fn key_id_of(text: &str) -> Option<&str> {
     parts_of_key(text).map(|(id, _secret)| id)
 }
 
-/// Every key there is, ready to be looked up.
+/// All keys, ready for look-up.
 #[derive(Debug, Default)]
 pub struct KeyRing {
     keys: HashMap<String, HeldKey>,
 }
 
-/// One key as a request is checked against it.
+/// The data of a key that requests are checked against.
 #[derive(Debug)]
 pub struct HeldKey {
     /// Its id.
     pub id: Arc<str>,
-    /// What it allows.
+    /// Its scopes.
     pub scopes: Arc<BTreeSet<Scope>>,
-    /// The only machines it reaches; none for all.
+    /// The only machines that the key reaches; `None` for all.
     pub machines: Option<Arc<BTreeSet<String>>>,
     secret_sha256: String,
     expires_at: Option<String>,
     revoked_at: Option<String>,
 }
 
-/// Why a key does not open anything.
+/// Why a key is not valid.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum KeyRefusal {
     /// It is not, and never was, a key of this service.
-    #[error("the key is not one of this service")]
+    #[error("this service does not know the key")]
     Unknown,
     /// It was revoked.
     #[error("the key was revoked at {at}")]
     Revoked {
-        /// When.
+        /// Time of the revocation.
         at: String,
     },
-    /// It has ended.
-    #[error("the key ended at {at}")]
+    /// The key has expired.
+    #[error("the key expired at {at}")]
     Expired {
-        /// When.
+        /// Time of the expiry.
         at: String,
     },
 }
 
 impl KeyRing {
-    /// The ring of these keys.
+    /// The ring with these keys.
     #[must_use]
     pub fn of(rows: Vec<ApiKeyRow>) -> Self {
         let held = |ApiKeyRow { document, secret_sha256 }| {
@@ -158,13 +163,13 @@ impl KeyRing {
         Self { keys: rows.into_iter().map(held).collect() }
     }
 
-    /// Whether no key was ever made: the service is open then. One whose keys were all revoked stays closed.
+    /// Whether no key was ever created: the service is open then. A service whose keys were all revoked stays closed.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.keys.is_empty()
     }
 
-    /// Whether whoever was let in with the key of this id, or without one, still would be.
+    /// Whether a client that was admitted with this key, or without a key, would still be admitted.
     #[must_use]
     pub fn still_opens(&self, id: Option<&str>, now: impl FnOnce() -> Timestamp) -> bool {
         let Some(id) = id else { return self.is_empty() };
@@ -174,11 +179,11 @@ impl KeyRing {
         })
     }
 
-    /// The key with this text. Who does not have the secret learns nothing about the key, neither by the answer nor by
-    /// the time it takes.
+    /// The key with this text. A client without the secret learns nothing about the key, neither from the answer nor
+    /// from its time.
     ///
     /// # Errors
-    /// No such key, or one that opens nothing any more.
+    /// The key is unknown, or no longer valid.
     pub fn find(&self, text: &str, now: impl FnOnce() -> Timestamp) -> Result<&HeldKey, KeyRefusal> {
         let (id, secret) = parts_of_key(text).ok_or(KeyRefusal::Unknown)?;
         let digest = sha256_hex(secret.as_bytes());
@@ -256,7 +261,7 @@ mod tests {
         let ring = KeyRing::of(vec![row]);
         assert!(!ring.is_empty());
         assert!(matches!(ring.find(&key, || at(&end)), Err(KeyRefusal::Revoked { .. })));
-        // Who does not have the secret does not hear that it was revoked.
+        // A client without the secret does not learn that the key was revoked.
         let guess = format!("{}0", &key[..key.len() - 1]);
         assert!(guess == key || ring.find(&guess, || at(&end)).unwrap_err() == KeyRefusal::Unknown);
     }

@@ -1,5 +1,5 @@
-//! Who asks for what is being done: known from the request to whatever is done for it, without being handed on by every function
-//! in between.
+//! The caller of the present work. It is known from the request to everything that is done for it, without a
+//! parameter in every function in between.
 
 use tokio::task::futures::TaskLocalFuture;
 
@@ -9,12 +9,12 @@ tokio::task_local! {
     static ASKER: Who;
 }
 
-/// Does something for a caller.
+/// Does work for a caller.
 pub fn asked_by<F: Future>(who: Who, work: F) -> TaskLocalFuture<Who, F> {
     ASKER.scope(who, work)
 }
 
-/// Who asks for what this task does; the service itself, where nobody does.
+/// The caller of this task; the service itself, if there is none.
 #[must_use]
 pub fn asker() -> Who {
     ASKER.try_with(Clone::clone).unwrap_or(Who::Service)

@@ -1,4 +1,4 @@
-//! Calibration runs evaluated: from the posted document to what it says about the machine.
+//! Evaluation of calibration runs: from the posted document to the results about the machine.
 
 use jiff::{SignedDuration, Timestamp};
 
@@ -11,13 +11,13 @@ use crate::wire::{
     sphere_fault,
 };
 
-/// How far ahead a measurement may lie: clocks of machines are set to local time now and then.
+/// How far ahead of now a measurement may be: the clocks of machines are sometimes set to local time.
 const MAX_AHEAD: SignedDuration = SignedDuration::from_hours(24);
 
 /// The time of a measurement as it is stored (RFC 3339, UTC, milliseconds).
 ///
 /// # Errors
-/// It is no time, before 1970, or more than 24 h after `now`.
+/// The text is not a time, or the time is before 1970 or more than 24 h after `now`.
 pub fn measured_at(text: &str, now: Timestamp) -> Result<String, Fault> {
     let refuse = |detail: String| Err(Fault::new("/measured_at", detail));
     let Ok(time) = text.parse::<Timestamp>() else {
@@ -26,18 +26,22 @@ pub fn measured_at(text: &str, now: Timestamp) -> Result<String, Fault> {
         ));
     };
     if time < Timestamp::UNIX_EPOCH {
-        return refuse("a measurement before 1970".to_owned());
+        return refuse("the measurement is before 1970; correct measured_at".to_owned());
     }
     if time > now.checked_add(MAX_AHEAD).unwrap_or(Timestamp::MAX) {
-        return refuse(format!("{} lies more than 24 h ahead of now, {}", timestamp(time), timestamp(now)));
+        return refuse(format!(
+            "{} is more than 24 h ahead of the present time {}; correct measured_at",
+            timestamp(time),
+            timestamp(now)
+        ));
     }
     Ok(timestamp(time))
 }
 
-/// The time that bounds a list, as stored times are compared.
+/// The time that bounds a list, in the form in which stored times are compared.
 ///
 /// # Errors
-/// It is no time.
+/// The text is not a time.
 pub fn time_bound(pointer: &str, text: &str) -> Result<String, Fault> {
     let time = text.parse::<Timestamp>().ok().filter(|time| *time >= Timestamp::UNIX_EPOCH);
     time.map(timestamp).ok_or_else(|| {
@@ -45,10 +49,10 @@ pub fn time_bound(pointer: &str, text: &str) -> Result<String, Fault> {
     })
 }
 
-/// What a run says about the machine.
+/// The results of a run.
 ///
 /// # Errors
-/// Everything that is wrong with it, `known` first.
+/// Every fault of the run, `known` first.
 pub fn evaluate(
     request: &CalibrationRequest,
     machine: &Machine,
@@ -83,7 +87,7 @@ pub fn evaluate(
 /// The fit of a ball-bar run.
 ///
 /// # Errors
-/// Everything that is wrong with it.
+/// Every fault of the run.
 pub fn evaluate_ballbar(request: &CalibrationRequest, machine: &Machine) -> Result<Identified, Vec<Fault>> {
     ballbar(request, machine, FaultList::default())
 }

@@ -1,4 +1,4 @@
-//! Time and identity come from outside, so that tests can set them.
+//! Time and ids come from outside, so that tests can set them.
 
 use std::fmt;
 use std::sync::{Arc, Mutex};
@@ -9,44 +9,44 @@ use rustls::pki_types::UnixTime;
 use rustls::time_provider::TimeProvider;
 use uuid::{ContextV7, Uuid};
 
-/// Where the time comes from.
+/// The source of the time.
 pub trait Clock: Send + Sync + fmt::Debug {
-    /// Now.
+    /// The present time.
     fn now(&self) -> Timestamp;
 
-    /// The time by which things are forgotten: now, or an earlier time where now is doubtful.
+    /// The time for deciding what is too old: the present time, or an earlier time if the present time is doubtful.
     fn certain(&self) -> Timestamp {
         self.now()
     }
 
-    /// The time that is doubtlessly over, where that may be later than now.
+    /// The time that has passed with certainty; it may be later than the present time.
     fn passed(&self) -> Timestamp {
         Timestamp::MIN
     }
 
-    /// For how long it has been known how much time has really passed.
+    /// For how long the clock that nobody sets has been watched.
     fn watched(&self) -> SignedDuration {
         SignedDuration::ZERO
     }
 }
 
-/// Where new ids come from.
+/// The source of new ids.
 pub trait IdSource: Send + Sync + fmt::Debug {
-    /// An id never given before.
+    /// A new id that was never given before.
     fn next(&self) -> Uuid;
 }
 
 /// Clock and ids of one service.
 #[derive(Debug, Clone)]
 pub struct Sources {
-    /// Where the time comes from.
+    /// The source of the time.
     pub clock: Arc<dyn Clock>,
-    /// Where new ids come from.
+    /// The source of new ids.
     pub ids: Arc<dyn IdSource>,
 }
 
-/// The system's clock. What has really passed since the start is known of another one that nobody sets, so that a clock
-/// that is set ahead or back, for a moment or for good, makes nothing older than it is.
+/// The system's clock. Another clock, which nobody can set, measures the time since the start. So if the system's
+/// clock is set ahead or back, for a moment or for good, nothing becomes older than it is.
 #[derive(Debug)]
 struct SystemClock {
     began: (Instant, Timestamp),
@@ -59,7 +59,7 @@ struct Version7 {
 }
 
 impl Version7 {
-    /// The next id at this time. Version 7 counts from 1970 on: an earlier time counts as 1970.
+    /// The next id at this time. Version 7 counts from 1970: an earlier time counts as 1970.
     fn at(&self, now: Timestamp) -> Uuid {
         let now = now.max(Timestamp::UNIX_EPOCH);
         let (seconds, nanoseconds) = (now.as_second(), now.subsec_nanosecond());
@@ -95,14 +95,15 @@ impl Clock for SystemClock {
     }
 }
 
-/// The system's time, for what tells it to others and rests nothing on it.
+/// The system's time, for output only: nothing may depend on it.
 #[expect(clippy::disallowed_methods, reason = "this is the clock")]
 #[must_use]
 pub fn system_time() -> Timestamp {
     Timestamp::now()
 }
 
-/// The system's time for TLS, which counts from 1970 on: an earlier time counts as 1970, when no certificate is valid yet.
+/// The system's time for TLS, which counts from 1970. An earlier time counts as 1970, when no certificate is valid
+/// yet.
 #[derive(Debug, Clone, Copy)]
 pub struct TlsTime;
 
@@ -130,22 +131,22 @@ impl Sources {
         Self { clock: Arc::new(SystemClock::new()), ids: Arc::new(Version7::default()) }
     }
 
-    /// The time now, as it is stored and answered.
+    /// The present time in the stored form.
     #[must_use]
     pub fn timestamp(&self) -> String {
         timestamp(self.clock.now())
     }
 
-    /// The time `seconds_s` ago, as it is stored: what is older may be forgotten.
+    /// The time `seconds_s` ago in the stored form: older data may be removed.
     #[must_use]
     pub fn timestamp_before(&self, seconds_s: f64) -> String {
         let ago = SignedDuration::try_from_secs_f64(seconds_s).unwrap_or(SignedDuration::ZERO);
         timestamp(self.clock.certain().checked_sub(ago).unwrap_or(Timestamp::MIN))
     }
 
-    /// The time than which nothing that is kept for `seconds_s` can be later, as it is stored: what is, was stored under a
-    /// clock that was ahead. The last time of all until `seconds_s` have passed since the start, as it may be now that the
-    /// clock is behind.
+    /// The latest stored time that is possible for data with a lifetime of `seconds_s`: later data was stored while
+    /// the clock was ahead. Until `seconds_s` have passed since the start this is the last time of all, because the
+    /// clock may now be behind.
     #[must_use]
     pub fn farthest(&self, seconds_s: f64) -> String {
         if self.clock.watched().as_secs_f64() < seconds_s {
@@ -154,21 +155,21 @@ impl Sources {
         after(self.clock.now().max(self.clock.passed()), seconds_s)
     }
 
-    /// The time `seconds_s` from now, as it is stored.
+    /// The time `seconds_s` from now in the stored form.
     #[must_use]
     pub fn timestamp_after(&self, seconds_s: f64) -> String {
         after(self.clock.now(), seconds_s)
     }
 }
 
-/// The time `seconds_s` after `time`, as it is stored.
+/// The time `seconds_s` after `time` in the stored form.
 #[must_use]
 pub(super) fn after(time: Timestamp, seconds_s: f64) -> String {
     let ahead = SignedDuration::try_from_secs_f64(seconds_s).unwrap_or(SignedDuration::MAX);
     timestamp(time.checked_add(ahead).unwrap_or(LAST))
 }
 
-/// The last time whose text sorts behind all others.
+/// The last time whose text sorts after all others.
 const LAST: Timestamp = Timestamp::constant(253_402_207_200, 0);
 
 /// RFC 3339, UTC, always three decimals, so that stored times sort as text.
@@ -181,7 +182,7 @@ pub fn timestamp(time: Timestamp) -> String {
 mod tests {
     use super::*;
 
-    /// Now, what has passed since the start, and for how long that is known.
+    /// The present time, the time that has passed since the start, and for how long that is known.
     #[derive(Debug)]
     struct Told(Timestamp, Timestamp, SignedDuration);
 
@@ -229,7 +230,7 @@ mod tests {
         };
         assert_eq!(farthest(early, early, 59), "9999-12-30T22:00:00.000Z");
         assert_eq!(farthest(late, late, 60), "2026-11-21T12:01:00.000Z");
-        // Set back, or right after a start without a battery.
+        // The clock was set back, or the computer has just started without a battery.
         assert_eq!(farthest(early, late, 60), "2026-11-21T12:01:00.000Z");
         assert_eq!(farthest(late, early, 60), "2026-11-21T12:01:00.000Z");
     }

@@ -76,7 +76,8 @@ impl ProgramParameters for CcParameters {
     }
 }
 
-/// Where nothing states the cutter the machine's tool table has to. A corner radius alone is a fault that was found before.
+/// The cutter is not stated, so the machine's tool table must give it. A corner radius alone was reported as a fault
+/// before.
 pub(super) fn missing_tool(
     parameters: &CcParameters,
     pointer: &str,
@@ -85,12 +86,12 @@ pub(super) fn missing_tool(
 ) {
     let is_stated = parameters.tool_radius_mm.is_some() || parameters.corner_radius_mm.is_some();
     if !is_stated && parameters.contact != Contact::Tip && on.shelf.is_empty() {
-        let detail = "missing: only contact=tip can do without a tool, and the machine's tool table is empty";
+        let detail = "missing: only contact=tip works without a tool, and the machine's tool table is empty; give the tool radius";
         faults.push(|| Fault::new(format!("{pointer}/tool_radius_mm"), detail));
     }
 }
 
-/// The step that treats singular regions, where they are more than reported.
+/// The step that treats singular regions, if they are not only reported.
 pub(super) fn treats(action: SingularityAction) -> Steps {
     if action == SingularityAction::Report { Steps::NONE } else { Steps::of(&[StepName::Singularity]) }
 }

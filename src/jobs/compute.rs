@@ -1,5 +1,5 @@
-//! The one pool that computes: a fixed number side by side, a fixed number waiting, and nothing goes on for a
-//! client that has left.
+//! The one pool that computes: a fixed number of computations at the same time, a fixed number waiting. No
+//! computation continues for a client that has left.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,19 +23,19 @@ use crate::wear::SideBySide;
 /// Why there is no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ComputeFault {
-    /// All places are taken, the waiting ones too.
-    #[error("all computations are busy")]
+    /// All places are taken, including the waiting places.
+    #[error("all computation places are taken; retry later")]
     Busy,
-    /// There is no memory for what it takes.
+    /// There is no memory for the computation.
     #[error(transparent)]
     Memory(#[from] MemoryFault),
-    /// The caller has its share of the places.
+    /// The caller holds its full share of the places.
     #[error(transparent)]
     NoShare(NoShare),
-    /// The computation panicked: a fault of ours.
+    /// The computation panicked: a fault of the service.
     #[error("the computation panicked")]
     Panicked,
-    /// It took ten times the processor time that it may: what it costs was estimated wrongly.
+    /// It took ten times the processor time that it may take: the estimate was wrong.
     #[error(
         "the computation was stopped after {:.3} s of processor time; its limit of {:.3} s is ten times `max_cost_s`. Divide the program, reduce the surface, or raise `max_cost_s`",
         spent.as_secs_f64(), limit.as_secs_f64()
@@ -43,7 +43,7 @@ pub enum ComputeFault {
     TooCostly {
         /// Processor time of all its threads.
         spent: Duration,
-        /// The most there may be.
+        /// Largest allowed processor time.
         limit: Duration,
     },
 }
@@ -53,9 +53,9 @@ pub enum ComputeFault {
 pub struct Compute {
     /// Places of requests, running and waiting.
     places: Shares,
-    /// Whose turn it is.
+    /// The turns of the callers.
     turns: Turns,
-    /// Those of them that jobs from the queue may take.
+    /// Places that jobs from the queue may take.
     queued: Arc<Semaphore>,
     threads: ComputeThreads,
     width: usize,
@@ -66,14 +66,14 @@ pub struct Compute {
     cpu_limit: Duration,
 }
 
-/// A computation is stopped at so many times the cost that one may have, but not before it took this long: below that a cost
-/// is that of the first pages of memory.
+/// A computation is stopped at this multiple of the largest allowed cost, but not before a minimum time: below that
+/// time, the cost is mostly that of the first pages of memory.
 const BACKSTOP: f64 = 10.0;
 const LEAST_BACKSTOP: Duration = Duration::from_secs(1);
 const MIB: u64 = 1 << 20;
 
-/// The threads that one computation may use: its own, and those of places that run nothing, for as long as a stretch of
-/// work in parts takes.
+/// The threads that one computation may use: its own, and those of idle places for as long as a stretch of work in
+/// parts takes.
 #[derive(Debug, Clone)]
 pub struct Threads {
     turns: Turns,
@@ -91,7 +91,7 @@ impl SideBySide for Threads {
         let helpers = parts.len().saturating_sub(1);
         let waiting = Mutex::new(parts.into_iter());
         let next = || waiting.lock().unwrap_or_else(PoisonError::into_inner).next();
-        // Each takes the next part when it is done with one.
+        // Each takes the next part after it has finished one.
         let work = || {
             while let Some(part) = next() {
                 part();
@@ -99,7 +99,7 @@ impl SideBySide for Threads {
         };
         std::thread::scope(|scope| {
             for _ in 0..helpers {
-                // A place that somebody waits for is not free.
+                // A place that another computation waits for is not free.
                 let Some(place) = self.turns.lend(&self.who) else { break };
                 scope.spawn(move || {
                     let counted = self.cpu_time.enter();
@@ -117,15 +117,15 @@ fn most_jobs_of_caller(places: usize) -> usize {
     (places - 1).max(1)
 }
 
-/// How many jobs of all callers may have begun and not ended. It is several times the number for one caller: a short job of one
-/// caller begins while long jobs of others rest. The other computations that may begin are left to requests.
+/// How many jobs of all callers may have begun without having ended. It is several times the number for one caller: a
+/// short job of one caller begins while long jobs of others rest. The remaining computations are left to requests.
 fn most_jobs_begun(places: usize) -> usize {
     Turns::most_begun(most_jobs_of_caller(places)).min(Turns::most_begun(places) - places)
 }
 
 impl Compute {
-    /// A pool that runs `running` computations side by side and lets `waiting` more wait, with so much memory for
-    /// uploaded surfaces. Of those that run and wait one caller may have a share.
+    /// A pool that runs `running` computations at the same time and lets `waiting` more wait, with this much memory
+    /// for uploaded surfaces. One caller may have a share of the running and waiting ones.
     #[must_use]
     pub fn new(running: usize, waiting: usize, share: Share, surface_bytes: u64) -> Self {
         let running = running.max(1);
@@ -142,18 +142,18 @@ impl Compute {
         }
     }
 
-    /// The same, where no computation may cost more \[s of one core\]: it is stopped at ten times as much processor
-    /// time, one second at least.
+    /// The same pool with a limit on the cost of one computation \[s of one core\]. A computation is stopped at ten
+    /// times this processor time, but not before one second.
     #[must_use]
     pub fn costing_at_most(self, max_cost_s: f64) -> Self {
         let cpu_limit = Duration::try_from_secs_f64(BACKSTOP * max_cost_s).unwrap_or(Duration::MAX);
         Self { cpu_limit: cpu_limit.max(LEAST_BACKSTOP), ..self }
     }
 
-    /// The memory that a surface of so many facets takes; it is given back when what is returned goes.
+    /// Reserves the memory for a surface with this many facets; it is released when the returned value is dropped.
     ///
     /// # Errors
-    /// It takes more than all surfaces together may, or than the others leave at the moment.
+    /// The surface needs more than all surfaces together may have, or more than the others leave at present.
     pub fn surface_memory(&self, facets: u64) -> Result<OwnedSemaphorePermit, PartSurfaceFault> {
         let estimated_bytes = Mesh::memory_estimate_bytes(facets);
         let limit_bytes = self.surface_bytes;
@@ -165,13 +165,13 @@ impl Compute {
             .map_err(|_none_free| PartSurfaceFault::NoRoom { estimated_bytes })
     }
 
-    /// How many computations run side by side.
+    /// How many computations run at the same time.
     #[must_use]
     pub fn side_by_side(&self) -> usize {
         self.width
     }
 
-    /// Runs `work` on a thread that computes. `work` polls the given stop, which breaks once this future is dropped.
+    /// Runs `work` on a computing thread. `work` polls the given stop, which breaks after this future is dropped.
     ///
     /// # Errors
     /// No place is free, or `work` panicked.
@@ -183,7 +183,7 @@ impl Compute {
         self.run_with(|_threads, stop| work(stop)).await
     }
 
-    /// The same for work in parts, which run side by side as far as no other computation wants the places.
+    /// The same for work in parts. The parts run at the same time as long as no other computation needs the places.
     ///
     /// # Errors
     /// No place is free, or `work` panicked.
@@ -195,7 +195,8 @@ impl Compute {
         self.run_with(work).await
     }
 
-    /// Jobs of one caller that may have begun: one fewer than there are places, so that one place is left to requests.
+    /// How many jobs of one caller may have begun: one fewer than there are places, so that one place is left to
+    /// requests.
     pub(super) fn most_jobs_of_caller(&self) -> usize {
         most_jobs_of_caller(self.width)
     }
@@ -205,12 +206,13 @@ impl Compute {
         Arc::clone(&self.queued).acquire_owned().await.map_err(|_closed| ComputeFault::Busy)
     }
 
-    /// Waits for a place in the name of this caller.
+    /// Waits for a place on behalf of this caller.
     pub(super) async fn place(&self, who: &Who) -> Result<Place, ComputeFault> {
         self.turns.take(who).await.ok_or(ComputeFault::Busy)
     }
 
-    /// Runs `work` in a place that was waited for. Its stop breaks once `token` is cancelled or this future is dropped.
+    /// Runs `work` in a place that was waited for. Its stop breaks after `token` is cancelled or this future is
+    /// dropped.
     pub(super) async fn run_at<T, F>(
         &self,
         place: Place,
@@ -233,13 +235,13 @@ impl Compute {
         let stop_when_dropped = token.clone().drop_guard();
         let span = tracing::Span::current();
         let computed = self.threads.run(move || {
-            // Held by the thread, not by who waits: a place is free when its work has really ended.
+            // The thread holds the place, not the waiting task: a place is free only when its work has really ended.
             let (place, _computing) = (place, computing);
             let _entered = span.entered();
             let counted = threads.cpu_time.enter();
             let home = std::thread::current().id();
             let done = work(&threads, &|| {
-                // Threads that were lent go on: their parts are short.
+                // Threads that were lent continue: their parts are short.
                 if place.is_crowded() && !token.is_cancelled() && std::thread::current().id() == home {
                     place.give_way(|| token.is_cancelled());
                 }
@@ -278,7 +280,7 @@ impl Compute {
             account.begin_work()?;
         }
         let counted_work = move |threads: &Threads, stop: &Stop<'_>| {
-            // Held by the thread as its place is: it computes on for a moment once the client has left.
+            // The thread holds it, like its place: it continues to compute for a moment after the client has left.
             let _held = (counted, account);
             work(threads, stop)
         };

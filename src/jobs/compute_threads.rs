@@ -1,34 +1,35 @@
-//! The threads that compute. They are few and always the same, because the C library keeps freed memory for the thread that had it:
-//! computations on whichever of the runtime's dozens of threads is free leave the memory of the largest with each of them in the end.
-//! They give way to the threads that answer and store, which need a core for moments only.
+//! The computing threads. They are few and always the same, because the C library keeps freed memory for the thread
+//! that used it. If computations ran on any of the runtime's dozens of threads, each of them would keep the memory of
+//! the largest one in the end. They have a lower priority than the threads that answer and store, which need a core
+//! only for moments.
 
 use std::sync::Arc;
 
 use tokio::runtime::{Builder, Runtime};
 use tokio::task::JoinHandle;
 
-/// By how much less the system favours a thread that computes: a third of the time of another one that wants the same core.
+/// Niceness of a computing thread: it gets a third of the time of another thread that wants the same core.
 #[cfg(target_os = "linux")]
 const NICENESS: i32 = 5;
 
-/// Threads that a computation starts itself have its niceness.
+/// Threads that a computation starts itself inherit its niceness.
 #[cfg(target_os = "linux")]
 fn give_way_to_the_others() {
-    // On Linux this is the niceness of the thread. Where it cannot be set, answers take longer beside computations.
+    // On Linux this is the niceness of the thread. If it cannot be set, answers take longer while computations run.
     if let Err(fault) = rustix::process::nice(NICENESS) {
-        tracing::warn!(error = %fault, "a thread that computes does not give way to the others");
+        tracing::warn!(error = %fault, "the niceness of a computing thread cannot be set");
     }
 }
 
-/// On other systems niceness is that of the whole process.
+/// On other systems the niceness applies to the whole process.
 #[cfg(not(target_os = "linux"))]
 fn give_way_to_the_others() {}
 
-/// So many threads, started when they are needed.
+/// A number of threads, started when they are needed.
 #[derive(Debug, Clone)]
 pub(super) struct ComputeThreads(Arc<Pool>);
 
-/// A runtime of which only the blocking threads are used; none, where none can be made.
+/// A runtime of which only the blocking threads are used; `None` if it cannot be created.
 #[derive(Debug)]
 struct Pool(Option<Runtime>);
 
@@ -39,8 +40,8 @@ impl ComputeThreads {
             .thread_name("compute")
             .on_thread_start(give_way_to_the_others)
             .build();
-        let runtime =
-            runtime.inspect_err(|fault| tracing::error!(error = %fault, "no threads to compute on"));
+        let runtime = runtime
+            .inspect_err(|fault| tracing::error!(error = %fault, "the computing threads cannot be created"));
         Self(Arc::new(Pool(runtime.ok())))
     }
 
@@ -58,7 +59,7 @@ impl ComputeThreads {
 }
 
 impl Drop for Pool {
-    /// What still computes is not waited for: whoever holds the last clone may be a task that must not block.
+    /// Does not wait for running computations: a task that must not block may hold the last clone.
     fn drop(&mut self) {
         if let Some(runtime) = self.0.take() {
             runtime.shutdown_background();

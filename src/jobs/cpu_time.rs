@@ -1,7 +1,7 @@
-//! The processor time that a computation really takes: the backstop where an estimate and what is counted are both wrong.
+//! The processor time that a computation really takes: the backstop if both the estimate and the counts are wrong.
 //!
-//! What is refused is decided by counts, which are the same on every machine. A computation that takes ten times the
-//! processor time that it may is stopped all the same, and that hangs on the machine.
+//! Refusals are decided by counts, which are the same on every machine. A computation that takes ten times its
+//! allowed processor time is stopped as well, and that depends on the machine.
 
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// A thread looks at its processor time so many times while the limit passes.
+/// How often a thread checks its processor time while the limit passes.
 const LOOKS: u32 = 64;
 
 /// The processor time of one computation, on all its threads.
@@ -18,33 +18,33 @@ const LOOKS: u32 = 64;
 pub(super) struct CpuTime {
     started: Instant,
     limit: Duration,
-    /// No thread has to look before: fewer than this many threads cannot have taken the limit yet.
+    /// No thread has to check before this time: fewer than this many threads cannot have reached the limit yet.
     first_look: Duration,
     spent_ns: AtomicU64,
 }
 
 thread_local! {
-    /// The processor time of this thread that is counted already.
+    /// The processor time of this thread that is already counted.
     static COUNTED: Cell<Duration> = const { Cell::new(Duration::ZERO) };
-    /// When this thread looks next, since the computation started.
+    /// Time of this thread's next check, since the computation started.
     static NEXT_LOOK: Cell<Duration> = const { Cell::new(Duration::ZERO) };
 }
 
 impl CpuTime {
-    /// Of a computation that starts now and works on at most so many threads.
+    /// For a computation that starts now and uses at most this many threads.
     pub(super) fn new(limit: Duration, threads: usize) -> Self {
         let threads = u32::try_from(threads).unwrap_or(u32::MAX).max(1);
         Self { started: Instant::now(), limit, first_look: limit / threads, spent_ns: AtomicU64::new(0) }
     }
 
-    /// Counts this thread from now on, until what is returned goes.
+    /// Counts this thread from now on, until the returned value is dropped.
     pub(super) fn enter(&self) -> Counted<'_> {
         COUNTED.set(of_this_thread());
         NEXT_LOOK.set(self.first_look);
         Counted(self)
     }
 
-    /// Whether the computation may go on.
+    /// Whether the computation may continue.
     pub(super) fn check(&self) -> ControlFlow<()> {
         let elapsed = self.started.elapsed();
         if elapsed >= NEXT_LOOK.get() {
@@ -54,7 +54,7 @@ impl CpuTime {
         if self.over().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// What was measured, where it is over the limit.
+    /// The measured time, if it is over the limit.
     pub(super) fn over(&self) -> Option<Duration> {
         let spent = Duration::from_nanos(self.spent_ns.load(Ordering::Relaxed));
         (spent > self.limit).then_some(spent)
@@ -76,7 +76,7 @@ impl Drop for Counted<'_> {
     }
 }
 
-/// The processor time of the thread that asks.
+/// The processor time of the calling thread.
 fn of_this_thread() -> Duration {
     let time = clock_gettime(ClockId::ThreadCPUTime);
     let seconds = u64::try_from(time.tv_sec).unwrap_or(0);

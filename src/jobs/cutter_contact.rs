@@ -1,4 +1,4 @@
-//! The service's compensator: the core's compensation and its report in the words of the wire.
+//! The service's compensator: the core's compensation, and its report as a wire document.
 
 use std::io::Write;
 
@@ -18,7 +18,7 @@ use crate::wire::{
 /// Compensates programs with the core.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CutterContactCompensator {
-    /// What one program may cost, checked as it runs.
+    /// The largest cost of one program, checked while it runs.
     pub budget: process::Budget,
 }
 
@@ -96,7 +96,7 @@ pub(super) fn core_parameters(
     }
 }
 
-/// The core's report in the words of the wire.
+/// The core's report as a wire document.
 pub(super) fn findings(report: &process::CcReport) -> CcFindings {
     CcFindings {
         dialect: report.dialect.into(),

@@ -17,13 +17,14 @@ use crate::wire::{
 /// The form of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum InterpretationForm {
-    /// Motions, what is left alone, and what the caller should know.
+    /// Motions, motions left unchanged, and warnings.
     Json,
-    /// The motions alone.
+    /// Only the motions.
     Table,
 }
 
-/// Interprets a program; the answer is whole before the first byte of it is sent. With it how many motions are left alone.
+/// Interprets a program; the answer is complete before its first byte is sent. The number is the count of motions
+/// that are left unchanged.
 ///
 /// # Errors
 /// Parameters that do not fit, a program that cannot be read, work that would cost too much.
@@ -61,7 +62,7 @@ struct Answering<'a> {
     spool: &'a Spool,
 }
 
-/// Bytes gathered before they are written.
+/// Bytes that are collected before they are written.
 const GATHERED: usize = 1 << 18;
 
 impl Answering<'_> {
@@ -101,7 +102,8 @@ impl Answering<'_> {
         Ok((written(table.into_inner().map_err(CompensatorFault::Io)?)?, alone))
     }
 
-    /// Motions go straight to the answer; what is left alone rests in a file of its own until they are all there.
+    /// Motions go directly to the answer; the motions left unchanged are kept in a file of their own until all
+    /// motions are written.
     fn json(&self, source: &InputFile, stop: &Stop<'_>) -> Result<(Draft, u64), JobFault> {
         let (mut out, mut left) = (self.output()?, self.output()?);
         let (mut motions, mut alone) = (0_u64, 0_u64);
@@ -129,7 +131,7 @@ impl Answering<'_> {
             out.write_all(b"],\"left_alone\":[")?;
             io::copy(&mut File::open(left.path())?, &mut out)?;
             out.write_all(b"],")?;
-            // The members of the end, without its opening brace.
+            // The members of the last part, without its opening brace.
             out.write_all(end.get(1..).unwrap_or_default().as_bytes())
         };
         finish().map_err(CompensatorFault::Io)?;
@@ -137,7 +139,7 @@ impl Answering<'_> {
     }
 }
 
-/// One more element of an array.
+/// Writes one more element of an array.
 fn element(out: &mut impl Write, count: &mut u64, value: &impl serde::Serialize) -> io::Result<()> {
     if *count > 0 {
         out.write_all(b",")?;

@@ -12,7 +12,7 @@ use crate::meter;
 use crate::units::Angle;
 use crate::wire::{Fault, FaultList, JointWords, Pose, PoseWarning, PoseWarningKind, Selection};
 
-/// How many poses are computed between two looks at the stop.
+/// How many poses are computed between two checks of the stop.
 const BETWEEN_STOPS: usize = 4096;
 
 /// Why there is no answer.
@@ -22,9 +22,9 @@ pub enum KinematicsFault {
     #[error("{} values are wrong", .0.len())]
     Values(Vec<Fault>),
     /// More poses than the limit.
-    #[error("{count} poses are more than the limit of {limit}")]
+    #[error("{count} poses are more than the limit of {limit}; split the request")]
     TooMany {
-        /// Given.
+        /// Number of poses.
         count: usize,
         /// Limit.
         limit: usize,
@@ -32,12 +32,12 @@ pub enum KinematicsFault {
     /// The estimate is over the limit.
     #[error(transparent)]
     TooCostly(#[from] TooCostly),
-    /// A pose that cannot be reached.
+    /// A pose cannot be reached.
     #[error("{detail}")]
     Unreachable {
         /// Index of the first such pose.
         pose: usize,
-        /// Why, with numbers.
+        /// The reason, with numbers.
         detail: String,
     },
     /// The client has left.
@@ -48,7 +48,7 @@ pub enum KinematicsFault {
 /// Most candidates that one answer may hold: a wide travel has tens of thousands for a single pose.
 const MAX_CANDIDATES: usize = 1_000_000;
 
-/// What a computation may cost.
+/// The largest cost of a computation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Most poses.
@@ -97,18 +97,18 @@ pub fn forward(
     Ok(poses)
 }
 
-/// Solutions and what is particular about them.
+/// Solutions and their warnings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InverseAnswer {
-    /// Solutions pose after pose; with selection `path` one for each.
+    /// Solutions pose after pose; with selection `path` one for each pose.
     pub joints: Vec<JointWords>,
     /// With selection `all`: where in `joints` the solutions of each pose end.
     pub ends: Option<Vec<usize>>,
-    /// What is particular.
+    /// Warnings.
     pub warnings: Vec<PoseWarning>,
 }
 
-/// What the inverse is asked for, on one machine.
+/// A task for the inverse kinematics on one machine.
 #[derive(Debug, Clone)]
 pub struct InverseTask {
     on: Arc<MachineUsed>,
@@ -118,8 +118,8 @@ pub struct InverseTask {
 }
 
 impl InverseTask {
-    /// Which solutions, with what work offset, tool length and errors. `start_words_deg` are the rotary words before the
-    /// first pose, in the profile's order.
+    /// The task with this selection and this set-up (work offset, tool length, errors). `start_words_deg` are the rotary
+    /// words before the first pose, in the profile's order.
     #[must_use]
     pub fn new(
         on: Arc<MachineUsed>,
@@ -130,7 +130,7 @@ impl InverseTask {
         Self { kinematics: on.kinematics(setup), on, selection, start_words_deg }
     }
 
-    /// Whether so many poses are so little that they are solved where they are asked for.
+    /// Whether this many poses are so few that they are solved on the thread of the request.
     #[must_use]
     pub fn is_trifling(&self, poses: usize) -> bool {
         Cost::of_poses(poses, self.answers()).is_trifling()
@@ -150,8 +150,9 @@ impl InverseTask {
         }
     }
 
-    /// What the joints of so many poses take while they are solved, besides the poses \[bytes\]: for each the joints, how well they
-    /// are conditioned, the way among the states and its words, and, once the poses are gone, the joints in the answer's form.
+    /// Memory of the joints of this many poses while they are solved, in addition to the poses \[bytes\]: for each
+    /// pose the joints, their conditioning, the path among the states and the words; after the poses are freed, the
+    /// joints in the form of the answer.
     #[must_use]
     pub fn working_bytes(&self, poses: usize) -> u64 {
         const SOLVED: usize = 6 * size_of::<f64>();
@@ -201,7 +202,7 @@ impl InverseTask {
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
         let mut faults = FaultList::default();
-        // As large as what it is made from, and made in its place.
+        // It has the same size as its source, and replaces it in memory.
         let wanted: Vec<ToolPose> = poses
             .into_iter()
             .enumerate()

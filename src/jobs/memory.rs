@@ -1,7 +1,9 @@
-//! One budget for the memory that requests take: bodies, what is read from them, decoders, what a computation makes, and
-//! answers that the client has not taken yet. It is paid before or as the memory is taken, and given back when it is free.
+//! One budget for the memory of requests: bodies, documents read from them, decoders, results of computations, and
+//! answers that the client has not taken yet. Memory is reserved before or while it is used, and released when it is
+//! free.
 //!
-//! A key pays for its requests; without keys, an address pays. `crate::shares` says how much of the budget one payer may hold.
+//! A key reserves memory for its requests; without keys, an address does. `crate::shares` says how much of the budget
+//! one of them may hold.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,62 +12,63 @@ use thiserror::Error;
 
 use crate::shares::{Held, Quota, Share, Shares, Who};
 
-/// What every request pays from its arrival until its answer is taken: its header, a small body, a small answer or the part of
-/// a file that is on its way, and the tasks that belong to it \[bytes\].
+/// Memory that every request reserves from its arrival until its answer is taken: its header, a small body, a small
+/// answer or the part of a file that is being sent, and its tasks \[bytes\].
 pub const REQUEST_BYTES: u64 = 192 << 10;
 
-/// What the process takes besides: its code, the database's pages, and what the allocator keeps of memory that was given back. With
-/// 64 MiB the flood of `tests/faults/memory.py` reached 510 of 512 MiB in its second round \[bytes\].
+/// Memory of the process in addition: its code, the database's pages, and memory that the allocator keeps. With 64
+/// MiB, the flood of `tests/faults/memory.py` reached 510 of 512 MiB in its second round \[bytes\].
 const SERVICE_BYTES: u64 = 112 << 20;
-/// What a connection takes besides its requests: buffers for reading and writing, TLS \[bytes\].
+/// Memory of a connection in addition to its requests: buffers for reading and writing, TLS \[bytes\].
 const CONNECTION_BYTES: u64 = 32 << 10;
-/// What a running computation takes besides what it pays for \[bytes\].
+/// Memory of a running computation in addition to what it reserves \[bytes\].
 const COMPUTATION_BYTES: u64 = 16 << 20;
-/// The least budget, whatever the settings leave \[bytes\].
+/// The smallest budget, whatever the settings leave \[bytes\].
 const LEAST_BYTES: u64 = 32 << 20;
 
 /// Why memory is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum MemoryFault {
-    /// It would be refused at an idle service too.
+    /// The service would refuse it even if it were idle.
     #[error(
-        "the request needs {needed_bytes} bytes of memory, and one may have {most_bytes}; split it, or raise max_memory_bytes"
+        "the request needs {needed_bytes} bytes of memory, but one caller may hold {most_bytes}; split it, or raise max_memory_bytes"
     )]
     Never {
-        /// All that the request would hold.
+        /// Memory that the request would hold in total.
         needed_bytes: u64,
-        /// Most that one may hold.
+        /// The most that one caller may hold.
         most_bytes: u64,
     },
-    /// Others hold too much, or the caller's other requests do.
+    /// Other callers, or the caller's other requests, hold too much.
     #[error(
         "the request needs {needed_bytes} bytes of memory now; the caller's requests hold {held_bytes}, and {free_bytes} of \
          {budget_bytes} are free"
     )]
     Now {
-        /// All that the request would hold.
+        /// Memory that the request would hold in total.
         needed_bytes: u64,
-        /// What the caller's requests hold.
+        /// Memory that the caller's requests hold.
         held_bytes: u64,
-        /// What nobody holds.
+        /// Free memory.
         free_bytes: u64,
         /// The budget.
         budget_bytes: u64,
     },
 }
 
-/// The budget. A clone is the same one.
+/// The budget. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Memory(Shares);
 
 impl Memory {
-    /// A budget of `budget_bytes`. One payer may hold the part of it that `share` allows.
+    /// A budget of `budget_bytes`. One caller may hold the part of it that `share` allows.
     #[must_use]
     pub fn new(budget_bytes: u64, share: Share) -> Self {
         Self(Shares::new(Quota::MemoryBytes, budget_bytes, share))
     }
 
-    /// What is left for requests of `process_bytes`, with so many connections and computations side by side.
+    /// The part of `process_bytes` that is left for requests, with this many connections and this many computations
+    /// at the same time.
     #[must_use]
     pub fn within(process_bytes: u64, connections: usize, computations: usize, share: Share) -> Self {
         let besides = SERVICE_BYTES
@@ -80,13 +83,13 @@ impl Memory {
         self.0.total()
     }
 
-    /// What is held now \[bytes\].
+    /// The memory that is held now \[bytes\].
     #[must_use]
     pub fn held_bytes(&self) -> u64 {
         self.0.held()
     }
 
-    /// Begins a request, which pays what every request does.
+    /// Begins a request and reserves the memory that every request needs.
     ///
     /// # Errors
     /// There is no room for it.
@@ -99,7 +102,7 @@ impl Memory {
     }
 }
 
-/// Pays for `bytes` more, for a request that holds `own_bytes` in all.
+/// Reserves `bytes` more, for a request that holds `own_bytes` in total.
 fn pay(held: &mut Held, own_bytes: u64, bytes: u64) -> Result<(), MemoryFault> {
     let needed_bytes = own_bytes.saturating_add(bytes);
     let most_bytes = held.shares().most_of_one();
@@ -119,29 +122,29 @@ fn pay(held: &mut Held, own_bytes: u64, bytes: u64) -> Result<(), MemoryFault> {
     })
 }
 
-/// What one request holds, given back with the last clone.
+/// The memory that one request holds; it is released with the last clone.
 #[derive(Debug, Clone)]
 pub struct Account(Arc<Books>);
 
 #[derive(Debug)]
 struct Books {
-    /// Until the request ends.
+    /// Held until the request ends.
     kept: Mutex<Held>,
-    /// By leases.
+    /// Held by leases.
     leased: AtomicU64,
-    /// To be paid by the next computation when it begins.
+    /// Reserved by the next computation when it begins.
     working: AtomicU64,
 }
 
 impl Books {
     fn kept(&self) -> MutexGuard<'_, Held> {
-        // What is held is whole at every moment, whoever panicked with it.
+        // The held amounts are consistent at every moment, even after a panic.
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Account {
-    /// Pays for so many bytes more, until the request ends.
+    /// Reserves this many bytes more, until the request ends.
     ///
     /// # Errors
     /// There is no room for them.
@@ -151,25 +154,25 @@ impl Account {
         pay(&mut kept, own_bytes, bytes)
     }
 
-    /// Gives back what is kept but for so many bytes.
+    /// Releases everything except this many bytes.
     pub fn keep_only(&self, bytes: u64) {
         self.0.kept().keep_only(bytes);
     }
 
-    /// What is kept \[bytes\].
+    /// The bytes that are kept.
     #[must_use]
     pub fn kept_bytes(&self) -> u64 {
         self.0.kept().amount()
     }
 
-    /// A part of what the request holds that ends before it; nothing yet.
+    /// A part of the request's memory that is released earlier; empty at first.
     #[must_use]
     pub fn lease(&self) -> Lease {
         let kept = self.0.kept();
         Lease { held: kept.shares().none_of(kept.who()), account: self.clone() }
     }
 
-    /// Pays for what was announced, as the computation begins.
+    /// Reserves the announced memory when the computation begins.
     ///
     /// # Errors
     /// There is no room for it.
@@ -181,7 +184,7 @@ impl Account {
     }
 }
 
-/// Memory paid for until this is dropped.
+/// Memory that is reserved until this is dropped.
 #[derive(Debug)]
 pub struct Lease {
     held: Held,
@@ -189,7 +192,7 @@ pub struct Lease {
 }
 
 impl Lease {
-    /// Pays for so many bytes in all, if they are more than before.
+    /// Reserves this many bytes in total, if that is more than before.
     ///
     /// # Errors
     /// There is no room for them.
@@ -215,18 +218,18 @@ tokio::task_local! {
     static ACCOUNT: Account;
 }
 
-/// What `request` does is paid by `account`.
+/// `account` reserves the memory for the work of `request`.
 pub fn paid_by<T>(account: Account, request: impl Future<Output = T>) -> impl Future<Output = T> {
     ACCOUNT.scope(account, request)
 }
 
-/// Who pays for what is done here; nobody outside of a request.
+/// The account of the present request; `None` outside of a request.
 #[must_use]
 pub fn account() -> Option<Account> {
     ACCOUNT.try_with(Clone::clone).ok()
 }
 
-/// Pays for so many bytes more, until the request ends.
+/// Reserves this many bytes more, until the request ends.
 ///
 /// # Errors
 /// There is no room for them.
@@ -234,9 +237,9 @@ pub fn keep(bytes: u64) -> Result<(), MemoryFault> {
     ACCOUNT.try_with(|account| account.keep(bytes)).unwrap_or(Ok(()))
 }
 
-/// Announces what the next computation takes: it is paid once the computation begins, not while it waits.
+/// Announces the memory of the next computation: it is reserved when the computation begins, not while it waits.
 pub fn will_take(bytes: u64) {
-    // Outside of a request nobody pays.
+    // Outside of a request nothing is reserved.
     let _announced = ACCOUNT.try_with(|account| account.0.working.fetch_add(bytes, Ordering::Relaxed));
 }
 
@@ -257,7 +260,7 @@ mod tests {
         let one = memory.open(&site(1)).unwrap();
         assert_eq!(one.keep(75 * MIB - REQUEST_BYTES), Ok(()));
         assert!(matches!(one.keep(1), Err(MemoryFault::Never { most_bytes, .. }) if most_bytes == 75 * MIB));
-        // Another request of the same payer has to wait, another payer has not.
+        // Another request of the same caller has to wait, another caller does not.
         assert!(
             matches!(memory.open(&site(1)), Err(MemoryFault::Now { held_bytes, .. }) if held_bytes == 75 * MIB)
         );
@@ -280,7 +283,7 @@ mod tests {
         assert!(lease.grow_to(90 * MIB).is_err());
         account.keep_only(0);
         assert_eq!(memory.held_bytes(), 10 * MIB);
-        // What a lease holds counts with what is kept.
+        // The memory of a lease counts together with the kept memory.
         assert!(
             matches!(account.keep(66 * MIB), Err(MemoryFault::Never { needed_bytes, .. }) if needed_bytes == 76 * MIB)
         );

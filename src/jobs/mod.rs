@@ -1,4 +1,4 @@
-//! Work that takes time: what it will cost, the one bounded pool that does it, the files it reads and writes.
+//! Work that takes time: its cost, the one bounded pool that does it, the files that it reads and writes.
 
 mod acceptance;
 mod api_keys;

@@ -97,7 +97,7 @@ impl ProgramParameters for CompensationParameters {
             let resolved = on
                 .resolved(&statements, &done.reading)?
                 .with_max_feed(self.max_feed_mm_per_min, &on.statements);
-            // Errors of a table do not depend on the tool, so that the sections of every tool are posted anew.
+            // Errors of a table do not depend on the tool, so the sections of all tools are posted again.
             let is_posted = self.location_errors && !on.has_head_axis();
             let resolved = if is_posted { resolved.whatever_the_tool() } else { resolved };
             let leaving = Leaving {
@@ -123,9 +123,9 @@ impl ProgramParameters for CompensationParameters {
     }
 }
 
-/// A fault of the core as the service tells it: what a step states stands under its name.
+/// A fault of the core for the client: a value that a step states is located under the step's name.
 fn at_its_step(fault: process::Fault, parameters: &CompensationParameters) -> CompensatorFault {
-    // No contact is looked for in the program where none is asked for by name.
+    // The program is not searched for contacts unless a step asks for them by name.
     let lacks_contact = matches!(fault, process::Fault::NoContactInProgram { .. });
     let is_of_wear = |step: &wire::WearStep| !lacks_contact || step.contact != Contact::Auto;
     let of_contact = if parameters.wear.as_ref().is_some_and(is_of_wear) { "/wear" } else { "/cc" };
@@ -144,7 +144,7 @@ fn at_its_step(fault: process::Fault, parameters: &CompensationParameters) -> Co
     fault
 }
 
-/// Motions that were looked at by the step that looks at most of them.
+/// The number of motions checked by the step that checks most of them.
 fn motions_checked(findings: &CompensationFindings) -> u64 {
     let cc = findings.cc.as_ref().map_or(0, |cc| cc.motions_checked);
     let wear = findings.wear.as_ref().map_or(0, WearFindings::motions_checked);
@@ -152,7 +152,7 @@ fn motions_checked(findings: &CompensationFindings) -> u64 {
     cc.max(wear).max(posted)
 }
 
-/// The parameters in the core's terms, part and drives apart.
+/// The parameters in the core's terms, without part and drives.
 fn in_core_terms(
     parameters: &CompensationParameters,
     has_part: bool,
@@ -195,7 +195,7 @@ fn in_core_terms(
     })
 }
 
-/// The core's report in the words of the wire.
+/// The core's report as a wire document.
 fn findings(
     parameters: &CompensationParameters,
     changes_sha256: String,
@@ -218,7 +218,7 @@ fn findings(
     }
 }
 
-/// The core's warnings, and that a stated cutter is not used where both cutters are the table's.
+/// The core's warnings, and a warning if a stated cutter is not used because the table gives both cutters.
 fn warnings(parameters: &CompensationParameters, report: &process::CompensationReport) -> Vec<Warning> {
     let mut warnings: Vec<Warning> = report.warnings.iter().map(Into::into).collect();
     let kind = WarningKind::StatedToolUnused.name();

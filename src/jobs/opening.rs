@@ -1,4 +1,4 @@
-//! A data directory, opened: database migrated, left-overs swept, the first machine stored.
+//! Opens a data directory: migrates the database, removes left-over files, stores the first machine.
 
 use super::webhooks::new_webhook_secret;
 use super::{OpenFault, Sources};
@@ -6,15 +6,15 @@ use crate::config::Settings;
 use crate::store::{Actor, Blobs, DATABASE_NAME, NewRevision, Store, sha256_hex};
 use crate::wire::{AuditOrigin, MachineProfile, example_machine};
 
-/// Opens database and files; a store that never held a machine gets the example.
+/// Opens database and files; a store that never held a machine gets the example machine.
 ///
 /// # Errors
-/// What cannot be used.
+/// The part that cannot be used.
 pub async fn open_data_directory(
     settings: &Settings,
     sources: &Sources,
 ) -> Result<(Store, Blobs), OpenFault> {
-    // The database first: where it is lost, nothing beside it is touched.
+    // The database comes first: if it is lost, the files beside it are not touched.
     let store = Store::open(&settings.data_dir.join(DATABASE_NAME), settings.store_readers).await?;
     let blobs = Blobs::open(&settings.data_dir)?;
     let store = store.noting_damage_in(blobs.soundness());
@@ -34,7 +34,7 @@ pub async fn open_data_directory(
             calibration_id: None,
             created_at: sources.timestamp(),
         };
-        // Nobody else has the directory, so nothing can have come first.
+        // No other process has the directory, so no other machine can have come first.
         let _stored =
             store.put_machine(new, None, None, &Actor::without_request(AuditOrigin::Service)).await?;
     }
@@ -49,6 +49,6 @@ pub async fn open_data_directory(
 /// Digest of a normalised profile.
 #[must_use]
 pub fn profile_sha256(profile: &MachineProfile) -> String {
-    // A checked profile holds finite numbers and strings only, which always print.
+    // A checked profile contains only finite numbers and strings, which can always be printed.
     sha256_hex(&serde_json::to_vec(profile).unwrap_or_default())
 }

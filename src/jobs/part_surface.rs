@@ -18,7 +18,7 @@ pub(super) fn facets_of(surface: &InputFile) -> io::Result<u64> {
     Ok(stl_facets_at_most(&start, surface.length))
 }
 
-/// The part that an uploaded surface is of, if one was.
+/// The part with the uploaded surface, if one was uploaded.
 pub(super) fn part_surface(
     surface: Option<&InputFile>,
     reading: &SurfaceReading,

@@ -6,21 +6,22 @@ use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParamet
 use crate::process;
 use crate::wire::{Fault, JobOperation, LocationErrors, PostingFindings, PostingParameters, PostingReport};
 
-/// Longest distance of the tip from the straight line half way between two points \[mm\] that is still posted: beyond it
-/// the points are too far apart for machine coordinates, and what lies between them is no finishing any more.
+/// Largest distance of the tip from the straight line half way between two points \[mm\] that is still posted. Beyond
+/// it the points are too far apart for machine coordinates, and the motion between them is no longer finishing.
 const MAX_TIP_SWING_MM: f64 = 1.0;
 
-/// A cut along which the table winds, or the tip leaves its line, is refused: between its points no post can mend it.
+/// Refuses a cut along which the table winds back or the tip leaves its line: posting cannot correct the path between
+/// two points.
 fn unless_it_leaves_its_path(report: &process::PostReport) -> Result<(), CompensatorFault> {
     let (detail, line) = if let Some(line) = report.cutting_rewind_line {
         let detail = format!(
-            "at line {line} a rotary axis has to wind back in a cut: retract there, or give the axis more travel"
+            "at line {line} a rotary axis must rewind within a cut; retract there, or give the axis more travel"
         );
         (detail, Some(line))
     } else if report.largest_tip_swing_mm > MAX_TIP_SWING_MM {
         let (off_mm, line) = (report.largest_tip_swing_mm, report.tip_swing_line);
         let detail = format!(
-            "half way to a point the tip is {off_mm:.3} mm off the straight line, over {MAX_TIP_SWING_MM} mm: state more \
+            "half way to a point the tip is {off_mm:.3} mm off the straight line, more than {MAX_TIP_SWING_MM} mm: give more \
              points, or post with interpolation tcp"
         );
         (detail, line)

@@ -1,4 +1,4 @@
-//! A file that came in, as work reads it: how much of it has been read tells how far the work is.
+//! An uploaded file as the work reads it: the number of bytes read shows the progress of the work.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -11,22 +11,22 @@ use crate::store::{
     BlobFault, Blobs, Damage, DamagedFile, Draft, FileState, Sha256Hex, SoundFile, StoredThing,
 };
 
-/// A file that came in, complete and open: whatever becomes of its name, its bytes are read from what was opened.
+/// A complete and open uploaded file: whatever happens to its name, the bytes come from the file that was opened.
 #[derive(Debug, Clone)]
 pub struct InputFile {
     file: Arc<File>,
-    /// How it stood when its bytes were known to be those of its digest.
+    /// Its state when its bytes were verified against its digest.
     state: FileState,
-    /// Its length \[bytes\].
+    /// Length of the file \[bytes\].
     pub length: u64,
-    /// Its digest.
+    /// Digest of the file.
     pub sha256: Sha256Hex,
-    /// Bytes read of it so far, over all passes.
+    /// Number of bytes read so far, over all passes.
     read: Arc<AtomicU64>,
 }
 
 impl InputFile {
-    /// A file that was kept, read once to its end and found to be what was kept. Blocks.
+    /// A stored file that was read to its end and verified. Blocks.
     ///
     /// # Errors
     /// It is missing, has other bytes, or cannot be read.
@@ -38,7 +38,7 @@ impl InputFile {
     /// A file that was just written.
     ///
     /// # Errors
-    /// As many files are open as may be, or the system does not tell how it stands.
+    /// Too many files are open, or the system does not report its state.
     pub fn of(draft: &Draft) -> io::Result<Self> {
         let file = draft.file()?;
         let state = FileState::of(&file)?;
@@ -46,15 +46,16 @@ impl InputFile {
         Ok(Self { file: Arc::new(file), state, length, sha256, read: Arc::default() })
     }
 
-    /// Bytes read of it so far, over all passes: goes on counting.
+    /// The counter of bytes read so far, over all passes.
     pub(super) fn counted(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.read)
     }
 
-    /// Whether the file is still as it was when its bytes were known: then everything that was read of it is what was stored.
+    /// Whether the file is still in the state in which it was verified: then everything that was read from it is what
+    /// was stored.
     ///
     /// # Errors
-    /// Somebody has written to it.
+    /// The file was written to.
     pub(super) fn is_unchanged(&self) -> Result<(), DamagedFile> {
         match FileState::of(&self.file) {
             Ok(now) if now == self.state => Ok(()),
@@ -73,7 +74,7 @@ impl ProgramSource for InputFile {
     }
 }
 
-/// Reads from a place of its own in a file that others read too, and counts what is read.
+/// Reads from its own position in a file that others read too, and counts the bytes.
 struct Counted<'a> {
     file: &'a File,
     at: u64,

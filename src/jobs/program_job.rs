@@ -1,5 +1,5 @@
-//! One program from upload to stored job: worked on in the pool, its files kept, then named by a row. On any fault
-//! nothing is stored.
+//! One program from upload to stored job: the work is done in the pool, its files are kept, then a row names them.
+//! After any fault nothing is stored.
 
 use super::part_surface::facets_of;
 use super::{
@@ -10,33 +10,33 @@ use crate::process::Stop;
 use crate::store::{Actor, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, sha256_hex};
 use crate::wire::{JobDocument, JobState};
 
-/// A program that is to be worked on.
+/// A program to work on.
 #[derive(Debug)]
 pub struct ProgramJob {
     /// Slug of the machine.
     pub machine_id: String,
     /// Revision of the machine.
     pub machine_revision: i64,
-    /// What is done, with which parameters.
+    /// The operation and its parameters.
     pub work: ProgramWork,
-    /// A step that is asked for and was done to the program before: a posted job fails with that.
+    /// A requested step that was already applied to the program: a posted job fails with this step.
     pub repeats: Option<String>,
     /// The upload.
     pub program: Draft,
-    /// The part's surface, where one came with it.
+    /// The part's surface, if one was uploaded.
     pub surface: Option<Draft>,
-    /// Its name.
+    /// File name of the program.
     pub file_name: String,
-    /// The key it was asked under.
+    /// The idempotency key of the request.
     pub used: Option<KeyUse>,
-    /// Who asked.
+    /// The author of the request.
     pub by: Actor,
 }
 
 /// Does the work in the pool and stores what came of it.
 ///
 /// # Errors
-/// Why there is no job.
+/// The reason why there is no job.
 pub async fn run_program_job(
     compute: &Compute,
     store: &Store,
@@ -55,7 +55,7 @@ pub async fn run_program_job(
         None => None,
     };
     let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
-        // Held by the work, not by the request: it is free when nothing reads the surface any more.
+        // The work holds it, not the request: it is free when nothing reads the surface any more.
         let _memory = memory;
         let started_at = sources.timestamp();
         let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
@@ -121,12 +121,12 @@ pub async fn run_program_job(
     job_of_key(store, used.as_ref()).await
 }
 
-/// A count as the database has it.
+/// A count in the type of the database.
 pub(super) fn in_rows(count: Option<u64>) -> Option<i64> {
     count.map(|count| i64::try_from(count).unwrap_or(i64::MAX))
 }
 
-/// The job of a key that came twice at once, where the other request was faster.
+/// The job of a key that arrived twice at the same time, if the other request was faster.
 pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<JobRow, JobFault> {
     let Some(used) = used else { return Err(JobFault::KeyReused) };
     match store.remembered(used).await? {
@@ -135,7 +135,7 @@ pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<J
     }
 }
 
-/// Keeps files, each before anything names it.
+/// Keeps files before anything names them.
 pub(super) async fn keep_all<const N: usize>(
     blobs: &Blobs,
     drafts: [Option<Draft>; N],

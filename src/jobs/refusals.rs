@@ -1,4 +1,4 @@
-//! Why a program is not worked on, in the words of the wire.
+//! Refusals of programs as wire documents.
 
 use thiserror::Error;
 
@@ -70,7 +70,7 @@ pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {
     }
 }
 
-/// What is the program's or the parameters' fault; `None` for what is ours.
+/// Faults of the program or the parameters; `None` for a fault of the service.
 fn refused(fault: &process::Fault) -> Option<Refusal> {
     let detail = fault.to_string();
     let plain = |class, line, errors| Refusal { class, detail: detail.clone(), line, block: None, errors };
@@ -82,7 +82,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         process::Fault::NothingToSimulate { first, .. }
         | process::Fault::NothingToCut { first, .. }
         | process::Fault::NothingFollowed { first } => program(first.map(|(_, line)| line)),
-        // faults of the drives only come of a simulation, which has looked at them already
+        // faults of the drives only come from a simulation, which has already checked them
         process::Fault::NoMotion
         | process::Fault::Servo(_)
         | process::Fault::NotCutterLocationData { .. } => program(None),
@@ -139,7 +139,7 @@ fn by_diagnostics(diagnostics: &Diagnostics, detail: String) -> Refusal {
     Refusal { class: RefusalClass::Program, detail, line, block: None, errors }
 }
 
-/// The member of the request that cures it.
+/// The member of the request that would fix it.
 fn pointer_of(unknown: &ToolUnknown) -> &'static str {
     match unknown {
         ToolUnknown::Several { .. } | ToolUnknown::NoSuchTool { .. } => "/tool_number",
@@ -176,7 +176,7 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
     let errors = one_for_each_member(&faults.kept);
     let reachable_um = faults.kept.iter().filter_map(reachable_um).fold(0.0, f64::max);
     let detail = if reachable_um > 0.0 {
-        format!("{detail}; with the program's decimals {reachable_um:.3} µm can be reached")
+        format!("{detail}; the program's decimals allow {reachable_um:.3} µm")
     } else {
         detail
     };
@@ -189,7 +189,7 @@ fn by_lines(faults: &LineFaults, detail: String) -> Refusal {
     }
 }
 
-/// The faults, where one of each member that has to be stated speaks for all lines that need it.
+/// The faults; for each member that must be stated, one fault represents all lines that need it.
 fn one_for_each_member(faults: &[LineFault]) -> Vec<LineFault> {
     let member = |fault: &LineFault| match fault.kind {
         LineFaultKind::Unstated(unstated) => Some(unstated.member()),
@@ -213,13 +213,13 @@ fn reachable_um(fault: &LineFault) -> Option<f64> {
     }
 }
 
-/// A parameter that does not fit the program.
+/// The refusal of a parameter that does not fit the program.
 pub(super) fn of_parameter(fault: Fault) -> Refusal {
     let detail = fault.detail.clone();
     Refusal { class: RefusalClass::Parameter, detail, line: None, block: None, errors: vec![fault] }
 }
 
-/// A program refused for one thing, at a line or as a whole.
+/// The refusal of a program for one reason, at a line or as a whole.
 pub(super) fn of_program(line: Option<u64>, detail: String) -> Refusal {
     let fault = match line {
         Some(line) => at_line(line, detail.clone()),
@@ -228,7 +228,7 @@ pub(super) fn of_program(line: Option<u64>, detail: String) -> Refusal {
     Refusal { class: RefusalClass::Program, detail, line, block: None, errors: vec![fault] }
 }
 
-/// A fault of the program: its place is a line of the upload.
+/// A fault of the program, located at a line of the upload.
 fn at_line(line: u64, detail: String) -> Fault {
     Fault::new(format!("/program/{line}"), detail)
 }

@@ -1,5 +1,5 @@
-//! What is stored, looked after while the service runs: everything is read through now and then, and the head of the audit log is written
-//! to the log, so that a copy of the log tells later whether the audit log was rewritten.
+//! The scrub checks all stored data while the service runs: it reads everything from time to time. It also writes the
+//! head of the audit log to the log, so that a copy of the log shows later whether the audit log was rewritten.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -15,14 +15,15 @@ use crate::store::{BlobFault, Blobs, DATABASE_NAME, DamagedFile, DatabaseFile, P
 
 /// Time between two heads in the log.
 const BETWEEN_HEADS: Duration = Duration::from_hours(24);
-/// How long after a start everything is read, where nobody knows when it was read last: not while others wait for the start.
+/// Time from a start to the first scrub, if the time of the last one is not known: not while clients wait for the
+/// start.
 const AFTER_A_START: Duration = Duration::from_mins(10);
-/// How long the end of a service waits for what is being read.
+/// How long the end of the service waits for the present read.
 const GRACE: Duration = Duration::from_secs(1);
-/// The file that says when everything was last read.
+/// The file with the time of the last scrub.
 const LAST: &str = "scrub.last";
 
-/// How often everything is read, and how fast.
+/// How often the scrub runs, and how fast.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScrubLimits {
     /// Time between two scrubs \[s\]; 0 for none.
@@ -31,7 +32,7 @@ pub struct ScrubLimits {
     pub bytes_per_s: f64,
 }
 
-/// Why not everything could be read.
+/// Why the scrub could not read everything.
 #[derive(Debug, Error)]
 enum ScrubFault {
     #[error(transparent)]
@@ -40,7 +41,7 @@ enum ScrubFault {
     Io(#[from] io::Error),
 }
 
-/// Looks after what is stored, until it is told to stop.
+/// Checks all stored data until it is stopped.
 #[derive(Debug, Clone)]
 pub struct Keeper {
     keeping: Keeping,
@@ -58,7 +59,7 @@ struct Keeping {
 }
 
 impl Keeper {
-    /// Begins.
+    /// Starts the scrub.
     #[must_use]
     pub fn open(store: Store, blobs: Blobs, sources: Sources, data_dir: &Path, limits: ScrubLimits) -> Self {
         let (stop, tasks) = (CancellationToken::new(), TaskTracker::new());
@@ -70,7 +71,7 @@ impl Keeper {
         Self { keeping, tasks }
     }
 
-    /// Stops reading, and tells the head of the audit log once more.
+    /// Stops the scrub, and logs the head of the audit log once more.
     pub async fn stop(&self) {
         self.keeping.stop.cancel();
         self.tasks.close();
@@ -112,14 +113,14 @@ impl Keeping {
             match self.scrub().await {
                 Ok(Some(findings)) => {
                     let elapsed_s = began.elapsed().as_secs_f64();
-                    tracing::info!(findings, elapsed_s, "everything stored was read through");
+                    tracing::info!(findings, elapsed_s, "the scrub has read all stored data");
                 }
                 Ok(None) => return,
-                Err(fault) => tracing::error!(error = %fault, "not everything stored could be read through"),
+                Err(fault) => tracing::error!(error = %fault, "the scrub could not read all stored data"),
             }
-            // Also after a fault: the next try is due as if this one had ended well.
+            // Also after a fault: the next attempt is due as if this scrub had ended well.
             if let Err(fault) = self.note_time() {
-                tracing::warn!(error = %fault, "the time of the scrub cannot be kept");
+                tracing::warn!(error = %fault, "the time of the scrub cannot be stored");
                 tokio::select! {
                     () = self.stop.cancelled() => return,
                     () = tokio::time::sleep(AFTER_A_START) => {}
@@ -128,7 +129,7 @@ impl Keeping {
         }
     }
 
-    /// Time until the next scrub: its interval after the last one, in whatever process that was.
+    /// Time until the next scrub: its interval after the last one, in whichever process that was.
     fn due_in(&self) -> Duration {
         let interval = Duration::from_secs_f64(self.limits.interval_s);
         let last = std::fs::read_to_string(self.data_dir.join(LAST)).ok();
@@ -136,7 +137,7 @@ impl Keeping {
             return interval.min(AFTER_A_START);
         };
         let passed = self.sources.clock.now().duration_since(last);
-        // A time of the future was that of a clock that was ahead.
+        // A time in the future comes from a clock that was ahead.
         let passed = passed.max(SignedDuration::ZERO).unsigned_abs();
         interval.saturating_sub(passed).max(interval.min(Duration::from_millis(10)))
     }
@@ -147,7 +148,7 @@ impl Keeping {
         file.persist(self.data_dir.join(LAST)).map_err(|fault| fault.error).map(drop)
     }
 
-    /// Reads every row and every file that a row names, and tells what was found; nothing where it was told to stop.
+    /// Reads every row and every file that a row names, and reports the findings; `None` if it was stopped.
     async fn scrub(&self) -> Result<Option<usize>, ScrubFault> {
         let pace = Pace::within(self.limits.bytes_per_s, self.stop.clone());
         let mut file = DatabaseFile::open(&self.data_dir.join(DATABASE_NAME)).await?;
@@ -174,12 +175,12 @@ impl Keeping {
         if pace.is_over() {
             return Ok(None);
         }
-        // Jobs may have given files up meanwhile.
+        // Jobs may have released files meanwhile.
         let named = self.store.named_blobs().await?;
         damaged.retain(|damaged| named.contains(&damaged.sha256));
         findings.extend(unreadable);
         for finding in &findings {
-            tracing::error!("found by reading everything through: {finding}");
+            tracing::error!("found by the scrub: {finding}");
         }
         let count = findings.len() + damaged.len();
         let at_s = self.sources.clock.now().as_second();

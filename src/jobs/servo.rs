@@ -24,7 +24,7 @@ pub enum ServoWorkFault {
     /// The estimate is over the limit.
     #[error(transparent)]
     TooCostly(#[from] TooCostly),
-    /// The pool.
+    /// The pool has no place, or the computation panicked.
     #[error(transparent)]
     Compute(#[from] ComputeFault),
 }
@@ -32,9 +32,9 @@ pub enum ServoWorkFault {
 /// A task with the machine it is for, ready to be run.
 #[derive(Debug, Clone)]
 pub struct ServoWork {
-    /// What to do.
+    /// The task.
     pub task: ServoTask,
-    /// On which machine; none for the two circles.
+    /// The machine; `None` for the two circles.
     pub machine: Option<Machine>,
     /// Largest estimate \[s of one core\].
     pub max_cost_s: f64,
@@ -50,12 +50,12 @@ impl ServoWork {
                 let plane_normal = *plane_normal;
                 Ok(work(&ServoPath::Tool { machine, kinematics: &kinematics, path, plane_normal }))
             }
-            // Refused with the request: this path needs a machine.
+            // This was refused with the request: the path needs a machine.
             (CorePath::Tool { .. }, None) => Err(ServoFault::NoLength),
         }
     }
 
-    /// The axes of the run, in the order in which a trace names them.
+    /// The axes of the run, in the order of the trace.
     #[must_use]
     pub fn axes(&self) -> Vec<AxisLetter> {
         match (&self.task.path, &self.machine) {
@@ -70,7 +70,7 @@ impl ServoWork {
         Cost::of_servo(samples, matches!(self.task.path, CorePath::Tool { .. })).within(self.max_cost_s)
     }
 
-    /// One path at one feed, its trace paid by `account`.
+    /// One path at one feed; `account` reserves the memory of its trace.
     ///
     /// # Errors
     /// The path cannot be run, or costs too much, or there is no memory for its trace.
@@ -79,9 +79,9 @@ impl ServoWork {
         account: Option<&Account>,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Simulation, ServoWorkFault> {
-        /// Every sample of a trace: measured as 30 for two million.
+        /// Memory of a trace for each sample: measured as 30 for two million samples.
         const SAMPLE_BYTES: u64 = 32;
-        /// More samples are refused before any is made.
+        /// More samples are refused before any is computed.
         const MAX_SAMPLES: f64 = 2e6;
         let ServoTask { drives, run, .. } = &self.task;
         self.with_path(|path| {
@@ -139,10 +139,11 @@ impl ServoWork {
         })
     }
 
-    /// Every set of drives at every feed. The feeds are dealt out to as many computations as run side by side, and
-    /// joined in their order: the answer does not depend on how many these are.
+    /// Every set of drives at every feed. The feeds are distributed to as many computations as run at the same time,
+    /// and joined in their order: the answer does not depend on their number.
     ///
     /// # Errors
+    /// The path cannot be sampled at one of the feeds, or the total cost is too large.
     /// A path that cannot be sampled at one of the feeds, or too much in all.
     pub async fn sweep(
         self,
@@ -155,7 +156,7 @@ impl ServoWork {
         let samples = compute.run(move |_stop| work.sweep_samples(&all_feeds, &all_sets)).await??;
         self.check_cost(samples)?;
         let parts = compute.side_by_side().min(feeds.len()).max(1);
-        // Slow feeds take more samples: each part gets every so manieth feed.
+        // Slow feeds take more samples: each part gets every n-th feed.
         let work = (0..parts).map(|part| {
             let own: Vec<f64> = feeds.iter().skip(part).step_by(parts).copied().collect();
             let (work, sets) = (self.clone(), sets.clone());

@@ -1,4 +1,4 @@
-//! Uploads on their way to disk: counted, hashed, bounded.
+//! Uploads on their way to the disk: counted, hashed, limited.
 
 use std::io::Write;
 
@@ -13,12 +13,12 @@ use crate::store::{BlobFault, Blobs, Draft};
 #[derive(Debug, Error)]
 pub enum SpoolFault {
     /// More bytes than the limit.
-    #[error("the body is larger than {limit} bytes")]
+    #[error("the body is larger than the limit of {limit} bytes")]
     TooLarge {
         /// The limit \[bytes\].
         limit: u64,
     },
-    /// The caller has its share of the spool, or it is full.
+    /// The caller holds its full share of the spool, or the spool is full.
     #[error(transparent)]
     NoShare(#[from] NoShare),
     /// The file could not be written.
@@ -29,18 +29,18 @@ pub enum SpoolFault {
     Write(std::io::Error),
 }
 
-/// Where uploads go.
+/// The place of uploads.
 #[derive(Debug, Clone)]
 pub struct Spool {
     blobs: Blobs,
     limit: u64,
     results_limit: u64,
     shares: Option<Shares>,
-    /// Whose the results are; nobody's are counted.
+    /// The owner of the results; without an owner they are not counted.
     results_of: Option<Who>,
 }
 
-/// An upload being taken; it vanishes unless it is kept.
+/// An upload that is being received; it is removed unless it is kept.
 #[derive(Debug)]
 pub struct Upload {
     draft: Option<Draft>,
@@ -49,7 +49,7 @@ pub struct Upload {
     limit: u64,
 }
 
-/// Bytes gathered before they are written.
+/// Bytes that are collected before they are written.
 const GATHERED: usize = 64 * 1024;
 
 impl Spool {
@@ -71,7 +71,7 @@ impl Spool {
         Self { shares: Some(shares), ..self }
     }
 
-    /// The same for the results of whom asks now: they count as its own.
+    /// The same spool, with results that count for the present caller.
     #[must_use]
     pub fn of_asker(&self) -> Self {
         Self { results_of: Some(asker()), ..self.clone() }
@@ -131,7 +131,7 @@ impl Upload {
         if self.pending.len() >= GATHERED { self.write_out().await } else { Ok(()) }
     }
 
-    /// The whole upload.
+    /// The complete upload.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -156,7 +156,7 @@ impl Upload {
     }
 }
 
-/// Whether a fault of writing is one of shares.
+/// The fault of shares inside a fault of writing, if there is one.
 fn no_share(fault: &std::io::Error) -> Option<NoShare> {
     fault.get_ref()?.downcast_ref::<NoShare>().copied()
 }

@@ -1,4 +1,4 @@
-//! The stamp of a program that leaves changed: one comment that says what was done to it.
+//! The stamp of a changed program: one comment that states what was done to it.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -11,14 +11,14 @@ use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName}
 
 /// Digits of a digest in a stamp.
 const DIGITS: usize = 16;
-/// So much of a program is looked at for the place of its stamp \[bytes\].
+/// The part of a program in which the place of its stamp is searched \[bytes\].
 const HEAD_BYTES: u64 = 64 * 1024;
 
-/// A program about to leave.
+/// A program that is about to be sent.
 pub(super) struct Leaving<'a> {
     pub(super) on: &'a MachineUsed,
     pub(super) operation: JobOperation,
-    /// With their defaults filled in.
+    /// Parameters with their defaults filled in.
     pub(super) parameters: &'a serde_json::Value,
     pub(super) resolved: &'a ResolvedInputs,
     pub(super) form: StampForm,
@@ -27,7 +27,7 @@ pub(super) struct Leaving<'a> {
 }
 
 impl Leaving<'_> {
-    /// The program as it leaves, and where it comes from. One that nothing changed leaves as it came.
+    /// The program with its stamp and its origin. A program that nothing changed stays as it came.
     pub(super) fn stamped(
         &self,
         program: &InputFile,
@@ -68,7 +68,7 @@ impl Leaving<'_> {
     }
 
     fn stamp(&self, program: &InputFile) -> Result<Stamp, JobFault> {
-        // What was resolved counts by its values, not by the lines on which it was used.
+        // The digest covers the resolved values, not the lines that use them.
         let said = serde_json::to_string(&(self.operation, self.parameters, self.resolved.values()))?;
         let digest = |sha256: &str| sha256.chars().take(DIGITS).collect();
         Ok(Stamp {

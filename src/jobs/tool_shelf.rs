@@ -1,4 +1,4 @@
-//! The tools of a machine as they were when work was accepted: its tool table, and the wear that was asked for.
+//! The tools of a machine at the time when work was accepted: its tool table, and the requested wear.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,50 +22,50 @@ pub struct ToolShelf {
     table: Arc<ToolTable>,
 }
 
-/// What has to be kept of a shelf so that it can be set up again: revisions never change.
+/// The stored form of a shelf, from which it can be restored: revisions never change.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct KeptShelf {
     /// The tools and their revisions.
     pub tools: Vec<(String, i64)>,
-    /// The wear that was asked for.
+    /// The requested wear.
     pub wear: Vec<ResolvedWear>,
-    /// The tools whose entries do not tell it.
+    /// The tools whose entries do not give the wear.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unfit: Vec<UnfitEntries>,
 }
 
-/// A wear entry and what it says \[µm\].
+/// A wear entry and its value \[µm\].
 pub type KeptWear = (String, f64);
 
-/// Wear entries of a tool that do not tell its worn cutter.
+/// Wear entries of a tool that do not give its worn cutter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct UnfitEntries {
     /// The tool.
     pub tool_id: String,
-    /// Why they do not.
+    /// The reason.
     #[serde(flatten)]
     pub why: WhyUnfit,
 }
 
-/// Why they do not; in the words of the core where the tool is at work.
+/// The reason; the core's words are used if the tool is in use.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "why", rename_all = "snake_case")]
 pub enum WhyUnfit {
-    /// More than entries are believed.
+    /// The wear is larger than entries may state.
     TooMuch {
-        /// What says so.
+        /// The entry with the largest wear.
         largest: KeptWear,
     },
-    /// Wear that grew back.
+    /// The wear became smaller.
     Fallen {
-        /// What was measured last.
+        /// The last measurement.
         newest: KeptWear,
-        /// What was measured before.
+        /// The measurement before it.
         earlier: KeptWear,
     },
-    /// Entries of flank wear alone.
+    /// There are only entries of flank wear.
     FlankAlone {
-        /// The newest of them.
+        /// The newest entry.
         newest: String,
     },
 }
@@ -114,13 +114,13 @@ impl ToolShelf {
         Self { tools, worn, unfit, table }
     }
 
-    /// The same with the wear of these tools, and with those whose entries do not tell it.
+    /// The same shelf with the wear of these tools, and with the tools whose entries do not give it.
     #[must_use]
     pub fn worn(&self, worn: Vec<ResolvedWear>, unfit: Vec<UnfitEntries>) -> Self {
         Self::with(Arc::clone(&self.tools), worn.into(), unfit.into())
     }
 
-    /// In the core's terms.
+    /// The table in the core's terms.
     #[must_use]
     pub fn table(&self) -> &Arc<ToolTable> {
         &self.table
@@ -138,7 +138,7 @@ impl ToolShelf {
         &self.tools
     }
 
-    /// The wear that was asked for.
+    /// The requested wear.
     #[must_use]
     pub fn wear(&self) -> &[ResolvedWear] {
         &self.worn
@@ -149,12 +149,12 @@ impl ToolShelf {
         self.tools.get(place)
     }
 
-    /// The same for the report.
+    /// The tool at a place of the table, for the report.
     pub(super) fn place(&self, place: usize) -> Option<TablePlace> {
         self.tool(place).map(|tool| TablePlace { tool_id: tool.tool_id.clone(), revision: tool.revision })
     }
 
-    /// What has to be kept of it.
+    /// The stored form.
     #[must_use]
     pub fn kept(&self) -> KeptShelf {
         let tools = self.tools.iter().map(|tool| (tool.tool_id.clone(), tool.revision)).collect();
@@ -162,7 +162,7 @@ impl ToolShelf {
     }
 }
 
-/// A cutter that wore evenly along its contour: both radii are smaller. A sharp corner stays one.
+/// A cutter that wore evenly along its contour: both radii are smaller. A sharp corner stays sharp.
 fn worn_cutter(nominal: Tool, wear: &ResolvedWear) -> Option<Tool> {
     let wear = Length::from_um(wear.radius_wear_um);
     let corner = nominal.corner_radius() - wear;

@@ -1,7 +1,7 @@
-//! Whose turn it is to compute. There are so many places, and callers share them by the time that they have had: whoever was served
-//! least is next. A computation looks at its stop every few milliseconds; one of a caller that was served more gives way there to
-//! one of a caller that was served less, and rests until its turn comes again. So nobody waits for the end of another's long work,
-//! and one who is alone has every place.
+//! The order in which callers compute. There is a number of places, and callers share them by the time that they have
+//! had: the caller that was served least is next. A computation checks its stop every few milliseconds. There, a
+//! computation of a caller that was served more gives way to one of a caller that was served less, and rests until
+//! its turn comes again. So no caller waits for the end of another's long work, and a single caller has every place.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::fmt;
@@ -13,34 +13,35 @@ use tokio::sync::oneshot;
 
 use crate::shares::Who;
 
-/// By how much longer one caller must have computed than another before it gives way: long against the change, short against what
-/// a short program takes \[ns\].
+/// How much longer one caller must have computed than another before it gives way: long compared with the change,
+/// short compared with a short program \[ns\].
 const SLICE_NS: u64 = 5_000_000;
-/// Time between two looks at whether somebody else is to compute first: who asks for its stop all the time does not keep the others
-/// from the line \[ns\].
+/// Time between two checks of whether another computation is next: a computation that polls its stop all the time
+/// must not keep the others from the lock \[ns\].
 const BETWEEN_LOOKS_NS: u64 = 500_000;
-/// How long a computation that rests sleeps between two looks at its stop.
+/// How long a resting computation sleeps between two checks of its stop.
 const REST_LOOK: Duration = Duration::from_millis(20);
-/// How often it is looked whether a computation is alone.
+/// How often a computation checks whether it is alone.
 const ALONE_LOOK: Duration = Duration::from_millis(2);
-/// Callers remembered that have nothing under way.
+/// Largest number of remembered callers without running or waiting computations.
 const MOST_REMEMBERED: usize = 4096;
-/// Computations for each place that have begun and not ended, those that rest among them. Each keeps a thread and its memory; who
-/// comes when so many have begun waits for the end of one.
+/// Computations for each place that have begun and not ended, including resting ones. Each keeps a thread and its
+/// memory. Further computations wait for the end of one.
 const BEGUN_PER_PLACE: usize = 4;
 
-/// The places; a clone is the same.
+/// The places; clones share them.
 #[derive(Debug, Clone)]
 pub(super) struct Turns(Arc<Shared>);
 
 struct Shared {
     places: usize,
-    /// The time \[ns\], from any moment on.
+    /// The time \[ns\], counted from any moment.
     clock: Box<dyn Fn() -> u64 + Send + Sync>,
     state: Mutex<State>,
-    /// Somebody waits, rests or is alone, or more compute than there are places: whoever computes is to look closer.
+    /// A computation waits, rests or is alone, or more compute than there are places: the computing ones must check
+    /// more closely.
     crowded: AtomicBool,
-    /// Somebody who rests may go on.
+    /// A resting computation may continue.
     resumed: Condvar,
 }
 
@@ -56,24 +57,24 @@ impl fmt::Debug for Shared {
 #[derive(Debug, Default)]
 struct State {
     parties: HashMap<Who, Party>,
-    /// Numbers of those who wait or compute.
+    /// The last number given to a computation that waits or computes.
     last_number: u64,
-    /// Until when the time of those who compute is counted \[ns\].
+    /// Time until which the computing time is counted \[ns\].
     counted_ns: u64,
-    /// Who compute; places that were lent count.
+    /// Number of computing computations; lent places count.
     active: usize,
-    /// Who have begun and not ended: those who rest too.
+    /// Number of computations that have begun and not ended, including resting ones.
     begun: usize,
-    /// Of those who rest, the ones that may go on.
+    /// The resting computations that may continue.
     woken: HashSet<u64>,
-    /// The one beside which nobody computes.
+    /// The computation beside which no other computes.
     alone: Option<u64>,
 }
 
-/// What one caller has under way.
+/// The computations of one caller.
 #[derive(Debug, Default)]
 struct Party {
-    /// For how long it has computed, as far as that counts against others \[ns\].
+    /// How long it has computed, as far as that counts against others \[ns\].
     served_ns: u64,
     active: usize,
     resting: VecDeque<u64>,
@@ -92,33 +93,33 @@ impl Party {
     }
 }
 
-/// A place that computes. It is free when this goes.
+/// A place that computes. It is free when this is dropped.
 #[derive(Debug)]
 pub(super) struct Place {
     turns: Turns,
     who: Who,
     number: u64,
-    /// When it was last looked whose turn it is.
+    /// Time of the last check of whose turn it is.
     looked_ns: AtomicU64,
-    /// Whether it is still to be given back.
+    /// Whether it must still be given back.
     is_held: bool,
 }
 
-/// A place that nobody wanted, lent to a computation that can use more than one.
+/// A place that nobody needed, lent to a computation that can use more than one.
 #[derive(Debug)]
 pub(super) struct Lent<'a> {
     turns: &'a Turns,
     who: &'a Who,
 }
 
-/// As long as this lives, one computation is alone.
+/// One computation is alone as long as this lives.
 #[derive(Debug)]
 pub(super) struct Alone {
     turns: Turns,
     number: u64,
 }
 
-/// Who waits for a place, until it has it or leaves.
+/// A computation that waits for a place, until it has one or leaves.
 struct Waiting<'a> {
     turns: &'a Turns,
     who: &'a Who,
@@ -126,7 +127,7 @@ struct Waiting<'a> {
 }
 
 impl Turns {
-    /// So many places.
+    /// This many places.
     pub(super) fn new(places: usize) -> Self {
         let began = Instant::now();
         Self::with_clock(places, move || u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX))
@@ -142,12 +143,12 @@ impl Turns {
         }))
     }
 
-    /// Most computations that have begun and not ended at so many places: so many threads are needed.
+    /// Largest number of computations that have begun and not ended at this many places: as many threads are needed.
     pub(super) const fn most_begun(places: usize) -> usize {
         BEGUN_PER_PLACE * places
     }
 
-    /// Waits for a place. Whoever leaves before it has one is forgotten.
+    /// Waits for a place. A caller that leaves before it has one is removed.
     pub(super) async fn take(&self, who: &Who) -> Option<Place> {
         let (_waiting, started) = self.stand_in_line(who);
         started.await.ok()
@@ -163,7 +164,7 @@ impl Turns {
         (Waiting { turns: self, who, number }, started)
     }
 
-    /// A place beside that of `who`, where nobody wants it.
+    /// A place beside that of `who`, if nobody needs it.
     pub(super) fn lend<'a>(&'a self, who: &'a Who) -> Option<Lent<'a>> {
         let mut state = self.state();
         let is_wanted =
@@ -178,13 +179,13 @@ impl Turns {
 
     /// The state, with the time counted until now.
     fn state(&self) -> MutexGuard<'_, State> {
-        // What is held is whole at every moment, whoever panicked with it.
+        // The state is consistent at every moment, even after a panic.
         let mut state = self.0.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.count_until((self.0.clock)());
         state
     }
 
-    /// Gives free places to those whose turn it is.
+    /// Gives free places to the callers whose turn it is.
     fn hand_on(&self, state: &mut State) {
         while state.alone.is_none() && state.active < self.0.places {
             let may_begin = state.begun < Self::most_begun(self.0.places);
@@ -196,7 +197,7 @@ impl Turns {
         self.look_round(state);
     }
 
-    /// The next of a caller computes: the one that rests longest, or else the one that waits longest.
+    /// The next computation of a caller starts: the one that rests longest, or else the one that waits longest.
     fn put_on(&self, state: &mut State, who: &Who, may_begin: bool) -> bool {
         let Some(party) = state.parties.get_mut(who) else { return false };
         if let Some(number) = party.resting.pop_front() {
@@ -221,15 +222,15 @@ impl Turns {
             is_held: true,
         };
         if let Err(mut place) = start.send(place) {
-            // Whoever leaves is taken out of the line first, under the lock that is held here.
+            // A caller that leaves is first taken out of the line, under the lock that is held here.
             place.is_held = false;
             state.end(who);
         }
         true
     }
 
-    /// A caller of whom nothing has begun does not wait for those who have had more than it: it begins beside them, and one of
-    /// them gives way at its next look.
+    /// A caller without a begun computation does not wait for callers that were served more: it begins beside them,
+    /// and one of them gives way at its next check.
     fn let_a_newcomer_begin(&self, state: &mut State, who: &Who) {
         let most = Self::most_begun(self.0.places);
         let Some(party) = state.parties.get(who) else { return };
@@ -248,7 +249,7 @@ impl Turns {
         }
     }
 
-    /// Whether those who compute are to look closer.
+    /// Sets whether the computing ones must check more closely.
     fn look_round(&self, state: &State) {
         let crowded = state.alone.is_some()
             || state.active > self.0.places
@@ -263,7 +264,7 @@ impl State {
         self.last_number
     }
 
-    /// Counts the time of those who compute.
+    /// Counts the time of the computing callers.
     fn count_until(&mut self, now_ns: u64) {
         let passed_ns = now_ns.saturating_sub(self.counted_ns);
         self.counted_ns = now_ns.max(self.counted_ns);
@@ -273,7 +274,7 @@ impl State {
         }
     }
 
-    /// One of a caller's computes no more.
+    /// One computation of a caller stops computing.
     fn stand_down(&mut self, who: &Who) -> Option<&mut Party> {
         self.active = self.active.saturating_sub(1);
         let party = self.parties.get_mut(who)?;
@@ -281,14 +282,14 @@ impl State {
         Some(party)
     }
 
-    /// One of a caller's has ended.
+    /// One computation of a caller has ended.
     fn end(&mut self, who: &Who) {
         self.begun = self.begun.saturating_sub(1);
         self.stand_down(who);
     }
 
-    /// The party of a caller that has something under way from now on. Whoever was away has not saved up time: it begins with as
-    /// much as those who were served least.
+    /// The entry of a caller that has a computation from now on. A caller that was away has not saved up time: it
+    /// starts with the time of those that were served least.
     fn arrive(&mut self, who: &Who) -> &mut Party {
         let is_idle = self.parties.get(who).is_none_or(Party::is_idle);
         if is_idle {
@@ -302,12 +303,12 @@ impl State {
         self.parties.entry(who.clone()).or_default()
     }
 
-    /// The least time of those who have something under way.
+    /// The least time of the callers with a computation.
     fn least_served(&self) -> Option<u64> {
         self.parties.values().filter(|party| !party.is_idle()).map(|party| party.served_ns).min()
     }
 
-    /// Of those who want a place, the one that was served least; of those who were served alike, the one that came first.
+    /// Among the callers that need a place: the one that was served least, and among equals the one that came first.
     fn next(&self, may_begin: bool, but: Option<&Who>) -> Option<Who> {
         let first = |party: &Party| {
             let rests = party.resting.front().copied();
@@ -320,18 +321,18 @@ impl State {
 }
 
 impl Place {
-    /// Whose it is.
+    /// The caller of the place.
     pub(super) fn who(&self) -> &Who {
         &self.who
     }
 
-    /// Whether somebody else may have to compute first.
+    /// Whether another computation may be next.
     pub(super) fn is_crowded(&self) -> bool {
         self.turns.0.crowded.load(Ordering::Relaxed)
     }
 
-    /// Asked by a computation at every look at its stop, on the thread that has the place: where somebody else is to compute first,
-    /// it rests here until its turn comes or `is_stopped`.
+    /// A computation calls this at every check of its stop, on the thread that has the place. If another computation
+    /// is next, it rests here until its turn comes or `is_stopped`.
     pub(super) fn give_way(&self, is_stopped: impl Fn() -> bool) {
         let now_ns = (self.turns.0.clock)();
         let looked_ns = self.looked_ns.load(Ordering::Relaxed);
@@ -364,7 +365,8 @@ impl Place {
         self.turns.look_round(&state);
     }
 
-    /// Waits until nobody else computes, for `within` at most. None where somebody does all that time, or is alone already.
+    /// Waits until no other computation runs, for `within` at most. `None` if one runs during all that time, or is
+    /// already alone.
     pub(super) async fn alone(&self, within: Duration) -> Option<Alone> {
         let end = Instant::now() + within;
         let mut alone: Option<Alone> = None;
@@ -379,7 +381,7 @@ impl Place {
         }
     }
 
-    /// Whether nobody else computes, and from now on nobody else begins.
+    /// Whether no other computation runs; from now on none begins.
     fn is_alone(&self, alone: &mut Option<Alone>) -> bool {
         let mut state = self.turns.state();
         if alone.is_none() && state.alone.is_none() {
@@ -397,7 +399,7 @@ impl Place {
         let had = |party: &Party| (party.served_ns, party.active);
         let own = state.parties.get(&self.who).map_or((0, 0), had);
         if state.active > self.turns.0.places {
-            // Of those who were served alike, the one that has more places.
+            // Among callers that were served alike, the one that has more places.
             let active = state.parties.values().filter(|party| party.active > 0);
             return active.map(had).max().is_none_or(|most| own >= most);
         }

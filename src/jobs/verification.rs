@@ -25,7 +25,8 @@ impl ProgramParameters for VerificationParameters {
     const LOOKS_AT_PART: bool = true;
 
     fn working_bytes(&self) -> u64 {
-        /// For each sample its place, its needle, what is left of it and its row: measured as 171 for a million.
+        /// Memory for each sample: its place, its needle, its residual and its row; measured as 171 for a million
+        /// samples.
         const SAMPLE_BYTES: u64 = 180;
         self.samples as u64 * SAMPLE_BYTES
     }
@@ -33,12 +34,12 @@ impl ProgramParameters for VerificationParameters {
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut missing = FaultList::default();
         if self.tool.is_none() && on.shelf.is_empty() {
-            let detail = "missing: the cutter that cuts, as the machine's tool table is empty";
+            let detail = "missing: give the cutter here, because the machine's tool table is empty";
             missing.push(|| Fault::new("/tool", detail));
         }
         let (mut core, surface) = missing.after(self.to_core(sizes.has_part()))?;
         core.program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
-        // No block has its contact looked for on the part.
+        // No block needs its contact on the part.
         let part = Sizes { program_length: 0, ..sizes }.cost_of_part();
         let cost = Cost::of_verification(sizes.program_length, self.samples) + part;
         let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(means.max_cost_s);

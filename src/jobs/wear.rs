@@ -1,4 +1,4 @@
-//! Questions about worn cutters, inside the pool.
+//! Computations about worn cutters, inside the pool.
 
 use std::ops::ControlFlow;
 
@@ -10,11 +10,11 @@ use crate::wire::{Fault, ScallopAnswer, ScallopRequest};
 /// Why there is no answer.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum WearFault {
-    /// Values that cannot be.
+    /// Wrong values.
     #[error("{} values are wrong", .0.len())]
     Values(Vec<Fault>),
     /// More elements than one request may have.
-    #[error("{count} elements, and the limit is {limit}")]
+    #[error("{count} elements are more than the limit of {limit}; split the request")]
     TooMany {
         /// How many.
         count: usize,
@@ -24,12 +24,12 @@ pub enum WearFault {
     /// The estimate is over the limit.
     #[error(transparent)]
     TooCostly(#[from] TooCostly),
-    /// The request was given up.
+    /// The request was abandoned.
     #[error("the computation was stopped")]
     Cancelled,
 }
 
-/// Scallop heights with what else was asked.
+/// Scallop heights, and the other requested values.
 ///
 /// # Errors
 /// Bad elements, too many of them, or stopped.

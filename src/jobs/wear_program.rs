@@ -1,4 +1,4 @@
-//! A program for a worn cutter, as work on a program.
+//! The compensation for a worn cutter, as work on a program.
 
 use super::cutter_contact::{contact, series, summary};
 use super::part_surface::part_surface;
@@ -72,7 +72,7 @@ impl ProgramParameters for WearParameters {
     }
 }
 
-/// Where nothing states the nominal cutter the machine's tool table has to.
+/// The nominal cutter is not stated, so the machine's tool table must give it.
 pub(super) fn missing_from_table(
     parameters: &WearParameters,
     pointer: &str,
@@ -84,16 +84,15 @@ pub(super) fn missing_from_table(
     }
     if parameters.wear.is_some() {
         let detail =
-            "the machine's tool table is empty: put the tool whose entries count into it, with its radii";
+            "the machine's tool table is empty: store the tool that has these wear entries, with its radii";
         faults.push(|| Fault::new("/wear/from", detail));
     } else {
-        let detail =
-            "missing: the cutter that the program was made for, as the machine's tool table is empty";
+        let detail = "missing: give the cutter that the program was made for, because the machine's tool table is empty";
         faults.push(|| Fault::new(format!("{pointer}/nominal_tool"), detail));
     }
 }
 
-/// The core's report in the words of the wire.
+/// The core's report as a wire document.
 pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport) -> WearFindings {
     WearFindings {
         dialect: report.dialect.into(),

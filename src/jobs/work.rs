@@ -1,5 +1,5 @@
-//! The one seam between who asks for work on a program and the work: an operation with its parameters in, work out that
-//! can be done in the pool, in a queue or on the command line.
+//! The one interface between callers and the work on a program: an operation with its parameters goes in; work comes
+//! out that can run in the pool, in a queue or on the command line.
 
 use std::fmt;
 use std::io;
@@ -32,11 +32,11 @@ pub struct MachineUsed {
     pub revision: i64,
     /// The machine at this revision.
     pub machine: Machine,
-    /// Its drives, where the profile has any.
+    /// Its drives, if the profile has any.
     pub drives: Option<Drives>,
-    /// What the profile states of programs.
+    /// The statements of the profile about programs.
     pub statements: Arc<MachineStatements>,
-    /// Its tools as they are when the work is accepted.
+    /// Its tools at the time when the work is accepted.
     pub shelf: ToolShelf,
     /// The machine without a set-up, with its errors and without.
     bare: [BareKinematics; 2],
@@ -60,7 +60,7 @@ impl MachineUsed {
         Ok(Self { machine_id, revision, machine, drives, statements, shelf, bare })
     }
 
-    /// How a program runs on it of which a request states this.
+    /// The set-up of a program on this machine, with these statements of the request.
     pub(super) fn program(
         &self,
         statements: &Statements<'_>,
@@ -77,10 +77,10 @@ impl MachineUsed {
         faults.into_result().map(|()| program)
     }
 
-    /// What a result rests on, of a program that was read in this way.
+    /// The resolved inputs of a program that was read in this way.
     ///
     /// # Errors
-    /// The request states an offset of the program twice, and not alike.
+    /// The request states an offset of the program twice with different values.
     pub(super) fn resolved(
         &self,
         statements: &Statements<'_>,
@@ -108,7 +108,7 @@ impl MachineUsed {
         bare.set_up(setup.work_offset_mm, setup.tool_length_mm)
     }
 
-    /// What a program made of another one was computed from.
+    /// The provenance of a program made from another one.
     pub(super) fn provenance(&self, program: &InputFile, output: &Draft) -> Provenance {
         Provenance {
             machine_revision: self.revision,
@@ -120,17 +120,17 @@ impl MachineUsed {
     }
 }
 
-/// How much there is to work on.
+/// The sizes of the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
     /// Length of the program \[bytes\].
     pub program_length: u64,
-    /// Facets of the part's surface at most, where one came with the program.
+    /// Largest number of facets of the part's surface, if one came with the program.
     pub surface_facets: Option<u64>,
 }
 
 impl Sizes {
-    /// Of the files that came in.
+    /// The sizes of uploaded files.
     ///
     /// # Errors
     /// The beginning of the surface cannot be read.
@@ -139,7 +139,7 @@ impl Sizes {
         Ok(Self { program_length: program.length, surface_facets })
     }
 
-    /// Of the files that a request brought.
+    /// The sizes of the files of a request.
     ///
     /// # Errors
     /// As for [`Self::of`].
@@ -153,18 +153,18 @@ impl Sizes {
         self.surface_facets.is_some()
     }
 
-    /// What reading the part costs, and finding a contact on it for every block of the program.
+    /// The cost of reading the part, and of finding a contact on it for every block of the program.
     pub(super) fn cost_of_part(&self) -> Cost {
         self.surface_facets.map_or(Cost::NOTHING, |facets| Cost::of_part(facets, self.program_length))
     }
 }
 
-/// What work is done with, the same for every program.
+/// The means of the work, the same for every program.
 #[derive(Debug, Clone)]
 pub struct Means {
-    /// What the CC path is compensated by.
+    /// The compensator of the CC path.
     pub compensator: Arc<dyn Compensator>,
-    /// The dearest computation allowed \[s of one core\].
+    /// The largest allowed cost of a computation \[s of one core\].
     pub max_cost_s: f64,
 }
 
@@ -172,42 +172,42 @@ pub struct Means {
 pub trait ProgramParameters: Serialize + DeserializeOwned + Send + 'static {
     /// The operation.
     const OPERATION: JobOperation;
-    /// Whether it looks at the part's surface, where one comes with the program.
+    /// Whether it uses the part's surface, if one comes with the program.
     const LOOKS_AT_PART: bool;
 
-    /// The steps that are asked for and that must not be done twice: to a program that is a stored output of one of them it is
+    /// The requested steps that must not be applied twice: a program that is a stored output of one of them is
     /// refused.
     fn steps(&self) -> Steps {
         Steps::NONE
     }
 
-    /// The cutter whose wear entries count, where its wear is theirs.
+    /// The cutter whose wear entries are used, if the wear comes from entries.
     fn cutter_id(&self) -> Option<&str> {
         None
     }
 
-    /// What the work takes besides what every computation does, where a parameter decides it \[bytes\].
+    /// Memory of the work in addition to that of every computation, if a parameter determines it \[bytes\].
     fn working_bytes(&self) -> u64 {
         0
     }
 
-    /// The work, its cost estimated; nothing is read yet.
+    /// The work with its estimated cost; nothing is read yet.
     ///
     /// # Errors
-    /// Every parameter that does not fit, with its pointer.
+    /// Every wrong parameter, with its pointer.
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>>;
 }
 
-/// Something that is done with the parameters of an operation whose name is known only at run time.
+/// A generic action on the parameters of an operation whose name is known only at run time.
 pub trait ByOperation {
-    /// What comes of it.
+    /// The result of the action.
     type Output;
 
-    /// Does it with these parameters.
+    /// Does the action with these parameters.
     fn with<P: ProgramParameters>(self) -> Self::Output;
 }
 
-/// Does something with the parameters of an operation. Every operation on programs stands here.
+/// Does an action with the parameters of an operation. Every operation on programs is listed here.
 pub fn by_operation<D: ByOperation>(operation: JobOperation, what: D) -> D::Output {
     match operation {
         JobOperation::CcCompensation => what.with::<CcParameters>(),
@@ -221,7 +221,7 @@ pub fn by_operation<D: ByOperation>(operation: JobOperation, what: D) -> D::Outp
 
 type Run = Box<dyn FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
 
-/// Work whose parameters fit.
+/// Work with checked parameters.
 pub struct Prepared {
     cost: Cost,
     run: Run,
@@ -242,23 +242,23 @@ impl Prepared {
     }
 }
 
-/// Work that may be done: its parameters fit, and it costs no more than it may.
+/// Work that may be done: its parameters are valid, and its cost is within the limit.
 #[derive(Debug)]
 pub struct ProgramWork {
-    /// What is done.
+    /// The operation.
     pub operation: JobOperation,
-    /// With which parameters, defaults filled in.
+    /// The parameters, with defaults filled in.
     pub parameters: serde_json::Value,
-    /// The machine's tools that it was accepted with.
+    /// The machine's tools at its acceptance.
     pub shelf: ToolShelf,
     prepared: Prepared,
 }
 
 impl ProgramWork {
-    /// The work that these parameters ask for.
+    /// The work with these parameters.
     ///
     /// # Errors
-    /// Parameters that do not fit, or work that would cost too much.
+    /// Wrong parameters, or work that would cost too much.
     pub fn new<P: ProgramParameters>(
         parameters: P,
         on: MachineUsed,
@@ -272,10 +272,10 @@ impl ProgramWork {
         Ok(Self { operation: P::OPERATION, parameters: kept, shelf, prepared })
     }
 
-    /// The same for an operation by its name, its parameters as JSON text.
+    /// The work of an operation given by name, with its parameters as JSON text.
     ///
     /// # Errors
-    /// Parameters that cannot be read or do not fit, or work that would cost too much.
+    /// Parameters that cannot be read or are wrong, or work that would cost too much.
     pub fn read(
         operation: JobOperation,
         parameters: &[u8],
@@ -294,10 +294,10 @@ impl ProgramWork {
         by_operation(operation, Read(parameters, on, sizes, means))
     }
 
-    /// Does it, to its end or until its place says stop.
+    /// Does the work, to its end or until its place stops it.
     ///
     /// # Errors
-    /// Why nothing came of it.
+    /// The reason why there is no result.
     pub fn run(self, place: Workplace<'_>) -> Result<Finished, JobFault> {
         (self.prepared.run)(place)
     }

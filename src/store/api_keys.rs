@@ -1,4 +1,4 @@
-//! API keys: made, listed, revoked.
+//! API keys: create, list, revoke.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use crate::wire::{ApiKeyDocument, AuditAction, Scope};
 /// A key about to be stored, or as the guard sees it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ApiKeyRow {
-    /// What is listed.
+    /// The listed data of the key.
     pub document: ApiKeyDocument,
     /// SHA-256 of the secret, lower-case hex.
     pub secret_sha256: String,
@@ -55,7 +55,7 @@ impl StoredKey {
 }
 
 impl Store {
-    /// Every key ever made, oldest first; revoked and expired ones too.
+    /// Every key that was ever created, oldest first; revoked and expired keys too.
     ///
     /// # Errors
     /// The database failed.
@@ -124,7 +124,8 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// The key that a request under an idempotency key has made; inside, nothing where it was another request.
+    /// The key that a request with an idempotency key has created; the inner value is `None` if it was another
+    /// request.
     ///
     /// # Errors
     /// The database failed.
@@ -200,7 +201,7 @@ impl Store {
         unless_key_taken(added)
     }
 
-    /// Revokes a key; one that is revoked already stays as it is. The key as it is then, if there is one.
+    /// Revokes a key; a revoked key stays as it is. Returns the key afterwards, if there is one.
     ///
     /// # Errors
     /// The database failed.
@@ -230,7 +231,7 @@ impl Store {
         self.api_key(id).await
     }
 
-    /// The machine of a job, by which a key reaches it or not.
+    /// The machine of a job; it decides whether a key reaches the job.
     ///
     /// # Errors
     /// The database failed.
@@ -241,13 +242,13 @@ impl Store {
             .doing("reading the machine of a job")
     }
 
-    /// Notes that a key was used.
+    /// Records that a key was used.
     ///
     /// # Errors
     /// The database failed.
     pub async fn note_use_of_api_key(&self, id: &str, at: &str) -> Result<(), StoreError> {
         let (id, at) = (id.to_owned(), at.to_owned());
-        self.write("noting the use of an API key", |connection| {
+        self.write("recording the use of an API key", |connection| {
             Box::pin(async move {
                 sqlx::query!("UPDATE api_keys SET last_used_at = ? WHERE id = ?", at, id)
                     .execute(&mut *connection)

@@ -7,10 +7,10 @@ use super::error::Doing;
 use super::{AuditHead, Cursor, Page, Store, StoreError};
 use crate::wire::{AuditAction, AuditEntry, AuditOrigin};
 
-/// Who changes something, and by what.
+/// The author of a change, and the means.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Actor {
-    /// Where the change comes from.
+    /// Origin of the change.
     pub origin: AuditOrigin,
     /// The key of the request.
     pub key_id: Option<String>,
@@ -23,36 +23,36 @@ pub struct Actor {
 }
 
 impl Actor {
-    /// One that is no request.
+    /// An author without a request.
     #[must_use]
     pub fn without_request(origin: AuditOrigin) -> Self {
         Self { origin, key_id: None, method: None, route: None, request_id: None }
     }
 }
 
-/// What was changed.
+/// The change.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Change<'a> {
-    /// When.
+    /// Time of the change.
     pub(super) at: &'a str,
-    /// What was done.
+    /// The action.
     pub(super) action: AuditAction,
-    /// The machine that it is about.
+    /// The machine that the change concerns.
     pub(super) machine_id: Option<&'a str>,
-    /// Address of what was changed.
+    /// Address of the changed resource.
     pub(super) resource: String,
-    /// Revisions of the machine or the tool before and after, where the change makes or ends any.
+    /// Revisions of the machine or the tool before and after, if the change makes or ends any.
     pub(super) revisions: (Option<i64>, Option<i64>),
 }
 
-/// Which entries are wanted.
+/// Filter of the entries.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AuditFilter {
-    /// About this machine.
+    /// Only entries about this machine.
     pub machine_id: Option<String>,
-    /// By this key.
+    /// Only entries with this key.
     pub key_id: Option<String>,
-    /// Of this action.
+    /// Only entries with this action.
     pub action: Option<AuditAction>,
 }
 
@@ -66,7 +66,7 @@ pub(super) async fn audit(
     let Change { at, action, machine_id, resource, revisions: (before, after) } = change;
     let (origin, action) = (origin.as_str(), action.as_str());
     let last = last_entry(connection).await?;
-    // Entries never go, so the number after the last one is free.
+    // Entries are never removed, so the number after the last one is free.
     let seq = last.as_ref().map_or(0, |(seq, _)| *seq) + 1;
     let previous = last.and_then(|(_, sha256)| sha256).unwrap_or_else(|| BEFORE_THE_FIRST.to_owned());
     let entry = ChainedEntry {
@@ -124,7 +124,7 @@ impl Store {
     /// A page of the audit log, newest first.
     ///
     /// # Errors
-    /// The database failed, or holds a word that this version does not know.
+    /// The database failed, or contains a word that this version does not know.
     pub async fn audit_entries(
         &self,
         filter: &AuditFilter,

@@ -1,10 +1,11 @@
-//! The audit log as a chain: every entry has the digest of its content and of the entry before it, so that none can be changed,
-//! taken out or put in between without every digest after it being another.
+//! The audit log as a chain: every entry has the digest of its content and of the entry before it. So an entry cannot
+//! be changed, removed or inserted without changing every digest after it.
 //!
-//! The digest of an entry is the SHA-256 of a JSON array without blanks, in UTF-8: the word `trunnion-audit-1`, the digest of the entry
-//! before it (64 zeros for the first), `seq`, `at`, `origin`, `key_id`, `action`, `method`, `route`, `request_id`, `machine_id`,
-//! `resource`, `revision_before`, `revision_after`; what is missing is `null`. Of characters only `"`, `\` and those below U+0020 are
-//! escaped, by their short form where JSON has one, else as `\u00xx` in lower case.
+//! The digest of an entry is the SHA-256 of a JSON array without blanks, in UTF-8: the word `trunnion-audit-1`, the
+//! digest of the entry before it (64 zeros for the first), `seq`, `at`, `origin`, `key_id`, `action`, `method`,
+//! `route`, `request_id`, `machine_id`, `resource`, `revision_before`, `revision_after`. A missing value is `null`.
+//! Only the characters `"`, `\` and those below U+0020 are escaped: in their short form if JSON has one, else as
+//! `\u00xx` in lower case.
 
 use std::fmt;
 use std::str::FromStr;
@@ -15,22 +16,22 @@ use thiserror::Error;
 
 use super::{Sha256Hex, sha256_hex};
 
-/// Names the form of what is digested.
+/// Name of the form of the digested data.
 const FORM: &str = "trunnion-audit-1";
-/// What stands for the digest before the first entry.
+/// The digest before the first entry.
 pub(super) const BEFORE_THE_FIRST: &str = "0000000000000000000000000000000000000000000000000000000000000000";
 /// Entries read at a time.
 const AT_ONCE: i64 = 1000;
-/// Breaks that are told one by one.
+/// Largest number of breaks that are reported one by one.
 const MAX_TOLD: usize = 20;
 
-/// The last entry of the audit log: who keeps it elsewhere can tell later whether anything before it was changed.
+/// The last entry of the audit log. A copy that is kept elsewhere shows later whether anything before it was changed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AuditHead {
-    /// Its number.
+    /// Number of the entry.
     pub seq: i64,
-    /// Its digest.
+    /// Digest of the entry.
     pub sha256: Sha256Hex,
 }
 
@@ -40,7 +41,7 @@ impl fmt::Display for AuditHead {
     }
 }
 
-/// A text that is no head of an audit log.
+/// The text is not a head of an audit log.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("not SEQ:DIGEST, a number and 64 hexadecimal digits such as 42:0a1b…")]
 pub struct NoHead;
@@ -56,61 +57,63 @@ impl FromStr for AuditHead {
     }
 }
 
-/// What is wrong with a chain.
+/// A fault of a chain.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ChainFault {
     /// An entry has no digest.
     #[error("entry {seq} of the audit log has no digest")]
     NoDigest {
-        /// Its number.
+        /// Number of the entry.
         seq: i64,
     },
-    /// An entry's digest is another than that of its content and of the entry before it.
-    #[error("entry {seq} of the audit log is not what was written, or an entry before it was taken out")]
+    /// An entry's digest differs from that of its content and of the entry before it.
+    #[error(
+        "entry {seq} of the audit log was changed after it was written, or an entry before it was removed"
+    )]
     Broken {
-        /// Its number.
+        /// Number of the entry.
         seq: i64,
     },
-    /// More entries were written than there are.
-    #[error("the audit log ends at entry {found}, and the database has counted up to {counted}")]
+    /// Entries at the end are missing.
+    #[error("the audit log ends at entry {found}, but the database has counted up to {counted}")]
     Cut {
         /// The last entry.
         found: i64,
-        /// The number given last.
+        /// The last number that was given.
         counted: i64,
     },
-    /// The entry that is known from elsewhere is not there.
-    #[error("the audit log has no entry {seq}, which is known from elsewhere")]
+    /// The entry that was recorded elsewhere is missing.
+    #[error("the audit log has no entry {seq}, but this entry was recorded elsewhere")]
     HeadMissing {
-        /// Its number.
+        /// Number of the entry.
         seq: i64,
     },
-    /// It is there with another digest.
+    /// The entry has another digest than the recorded one.
     #[error(
-        "entry {seq} of the audit log has the digest {found}, and {expected} is known from elsewhere: what stands up to it was rewritten"
+        "entry {seq} of the audit log has the digest {found}, but {expected} was recorded elsewhere: this entry or one before it was rewritten"
     )]
     HeadOther {
-        /// Its number.
+        /// Number of the entry.
         seq: i64,
-        /// Its digest here.
+        /// Its digest in this database.
         found: Sha256Hex,
-        /// Its digest as it is known.
+        /// Its recorded digest.
         expected: Sha256Hex,
     },
 }
 
-/// What was found of a chain.
+/// The findings about a chain.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct AuditChain {
-    /// Its last entry; none where there is no entry.
+    /// Its last entry; `None` without entries.
     pub head: Option<AuditHead>,
-    /// How many entries it has.
+    /// Number of entries.
     pub length: u64,
-    /// What is wrong, the first of it.
+    /// The first faults.
     pub faults: Vec<ChainFault>,
 }
 
-/// An entry as it is digested.
+/// The digested data of an entry.
 #[derive(Debug, Clone, sqlx::FromRow)]
 pub(super) struct ChainedEntry {
     pub(super) seq: i64,
@@ -125,12 +128,12 @@ pub(super) struct ChainedEntry {
     pub(super) resource: String,
     pub(super) revision_before: Option<i64>,
     pub(super) revision_after: Option<i64>,
-    /// As it is stored.
+    /// The stored digest.
     pub(super) sha256: Option<Sha256Hex>,
 }
 
 impl ChainedEntry {
-    /// Its digest after an entry of this digest.
+    /// The digest of this entry after an entry with the digest `previous`.
     pub(super) fn digest(&self, previous: &str) -> Sha256Hex {
         let content = (
             FORM,
@@ -148,7 +151,7 @@ impl ChainedEntry {
             self.revision_before,
             self.revision_after,
         );
-        // Strings and whole numbers always print.
+        // Strings and whole numbers can always be printed.
         sha256_hex(&serde_json::to_vec(&content).unwrap_or_default())
     }
 }
@@ -160,7 +163,7 @@ pub(super) async fn last_entry(
     sqlx::query_as("SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1").fetch_optional(connection).await
 }
 
-/// Gives every entry its digest, where none has one yet: they were written by a version that made none.
+/// Gives every entry its digest if none has one yet: they were written by a version without digests.
 pub(super) async fn chain_old_entries(connection: &mut SqliteConnection) -> Result<u64, sqlx::Error> {
     let chained: i64 = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM audit WHERE sha256 IS NOT NULL)")
         .fetch_one(&mut *connection)
@@ -197,14 +200,14 @@ async fn page(connection: &mut SqliteConnection, after: i64) -> Result<Vec<Chain
     .await
 }
 
-/// Computes every digest anew; and compares with what is known of one entry from elsewhere, where something is.
+/// Computes every digest again, and compares one entry with a recorded head if there is one.
 pub(super) async fn examine_chain(
     connection: &mut SqliteConnection,
     known: Option<&AuditHead>,
 ) -> Result<AuditChain, sqlx::Error> {
     let mut chain = AuditChain::default();
     let (mut previous, mut seq, mut of_known) = (BEFORE_THE_FIRST.to_owned(), i64::MIN, None);
-    // Before the entries: what is written meanwhile is no fault.
+    // Read before the entries: an entry that is written meanwhile is not a fault.
     let counted: Option<i64> = sqlx::query_scalar("SELECT seq FROM sqlite_sequence WHERE name = 'audit'")
         .fetch_optional(&mut *connection)
         .await?;
@@ -223,7 +226,7 @@ pub(super) async fn examine_chain(
                 Some(_) => None,
             };
             chain.faults.extend(fault.filter(|_| chain.faults.len() < MAX_TOLD));
-            // The entries after a break are looked at by what is stored: each break is told once.
+            // The entries after a break are checked against the stored digests: each break is reported once.
             previous = entry.sha256.unwrap_or(digest);
             chain.length += 1;
             chain.head = Some(AuditHead { seq: entry.seq, sha256: previous.clone() });

@@ -1,5 +1,5 @@
-//! Backups of a data directory: a copy of the database as it is at one moment, every file that it names, and a manifest with
-//! lengths, digests and row counts. A backup is there whole or not at all, and so is what is restored from one.
+//! Backups of a data directory: a copy of the database at one moment, every file that it names, and a manifest with
+//! lengths, digests and row counts. A backup is complete or does not exist, and so is a restored directory.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -20,76 +20,76 @@ pub const DATABASE_NAME: &str = "trunnion.sqlite";
 const MANIFEST_NAME: &str = "manifest.json";
 /// Form of a backup.
 const FORMAT: u32 = 1;
-/// Files that jobs give up while they are copied are looked for again so often.
+/// How often files that jobs release during the copy are searched again.
 const ATTEMPTS: usize = 3;
 
-/// Why there is no backup, or nothing was restored.
+/// Why there is no backup, or why nothing was restored.
 #[derive(Debug, Error)]
 pub enum BackupFault {
     /// A file or directory could not be read or written.
     #[error("while {doing} {}: {source}", path.display())]
     File {
-        /// What was being done.
+        /// The action that failed.
         doing: &'static str,
-        /// With which one.
+        /// The file or directory.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// The database could not be read or copied.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// There is something where the backup or the data is to go.
-    #[error("{} is there already; nothing was touched", .0.display())]
+    /// The target already exists.
+    #[error("{} already exists; nothing was changed; name another directory", .0.display())]
     Occupied(PathBuf),
-    /// The backup is to go into the data directory itself.
-    #[error("{} lies in the data directory, which may not hold its own backup", .0.display())]
+    /// The backup would be inside the data directory.
+    #[error("{} is inside the data directory, which cannot contain its own backup; name a directory outside it", .0.display())]
     Within(PathBuf),
     /// The directory has no database.
     #[error("there is no database in {}", .0.display())]
     NoDatabase(PathBuf),
-    /// A file's bytes are not those that its digest stands for.
-    #[error("{} has the digest {found}, expected {expected}", path.display())]
+    /// The bytes of a file do not match its digest.
+    #[error("{} is damaged: its digest is {found}, expected {expected}", path.display())]
     Digest {
         /// The file.
         path: PathBuf,
         /// The digest of its bytes.
         found: Sha256Hex,
-        /// The digest that it was kept under.
+        /// The digest under which it was kept.
         expected: Sha256Hex,
     },
-    /// The manifest is none.
-    #[error("{} is no manifest of a backup: {source}", path.display())]
+    /// The manifest cannot be read.
+    #[error("{} is not a manifest of a backup: {source}", path.display())]
     Manifest {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         source: serde_json::Error,
     },
     /// A backup of another form.
-    #[error("the backup has form {found}, this version reads form {FORMAT}")]
+    #[error("the backup has form {found}, but this version reads form {FORMAT}")]
     Format {
         /// The form found.
         found: u32,
     },
-    /// A backup of a newer version.
+    /// The backup comes from a newer version.
     #[error("the backup's database has schema {found}; this version knows schemas up to {ours}")]
     Newer {
-        /// Its schema.
+        /// Schema of the backup.
         found: i64,
-        /// Ours.
+        /// Newest schema of this version.
         ours: i64,
     },
-    /// The database has another schema than the manifest says.
-    #[error("the backup's database has schema {found}, the manifest says {expected}")]
+    /// The database has another schema than the manifest states.
+    #[error("the backup's database has schema {found}, but its manifest states {expected}")]
     Schema {
-        /// Its schema.
+        /// Schema of the database.
         found: i64,
-        /// The manifest's.
+        /// Schema in the manifest.
         expected: i64,
     },
-    /// A table has another number of rows than the manifest says.
-    #[error("the table {table} has {found} rows, the manifest says {expected}")]
+    /// A table has another number of rows than the manifest states.
+    #[error("the table {table} has {found} rows, but the manifest states {expected}")]
     Rows {
         /// The table.
         table: String,
@@ -98,25 +98,25 @@ pub enum BackupFault {
         /// Rows expected.
         expected: u64,
     },
-    /// The audit log ends otherwise than the manifest says.
-    #[error("the backup's audit log ends at {}, the manifest says {}", end_of(found.as_ref()), end_of(expected.as_ref()))]
+    /// The audit log has another end than the manifest states.
+    #[error("the backup's audit log ends at {}, but its manifest states {}", end_of(found.as_ref()), end_of(expected.as_ref()))]
     AuditHead {
-        /// Its last entry.
+        /// The last entry of the database.
         found: Option<AuditHead>,
-        /// The manifest's.
+        /// The entry in the manifest.
         expected: Option<AuditHead>,
     },
-    /// The database names a file that the backup does not have.
-    #[error("the backup has no file {0}, which a job names")]
+    /// The backup lacks a file that the database names.
+    #[error("the file {0} is missing from the backup, but a job needs it")]
     Missing(Sha256Hex),
     /// The database is damaged.
     #[error("the database is damaged: {0}")]
     Damaged(String),
-    /// A file that jobs name is not there, however often the database was copied anew.
-    #[error("{} is named by a job and is not there; the doctor names every one", .0.display())]
+    /// A file that jobs name is missing, however often the database was copied again.
+    #[error("{} is missing, but a job needs it; restore it from an earlier backup; trunnion doctor lists all missing files", .0.display())]
     Lost(PathBuf),
-    /// Jobs went on giving up files while they were copied.
-    #[error("{ATTEMPTS} times jobs gave up files while they were copied, the last time {}; try again", .0.display())]
+    /// Jobs released files during every copy.
+    #[error("jobs released files during the copy {ATTEMPTS} times, the last time {}; try again", .0.display())]
     Unquiet(PathBuf),
 }
 
@@ -128,26 +128,26 @@ fn at<'a>(doing: &'static str, path: &'a Path) -> impl FnOnce(io::Error) -> Back
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BackupFile {
-    /// Its length.
+    /// Length of the file.
     pub bytes: u64,
-    /// Its digest.
+    /// Digest of the file.
     pub sha256: Sha256Hex,
 }
 
-/// What a backup holds.
+/// The content of a backup.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// Form of the backup.
     pub format: u32,
-    /// Version that made it.
+    /// Version that made the backup.
     pub software_version: String,
-    /// When.
+    /// Time of the backup.
     pub created_at: String,
-    /// Schema of its database.
+    /// Schema of the database.
     pub schema: i64,
-    /// The last entry of the audit log, by which a log that was rewritten later is told; none in schemas that do not chain it, and
-    /// where there is no entry.
+    /// The last entry of the audit log; it shows later whether the log was rewritten. Missing in schemas without a
+    /// chain, and without entries.
     #[serde(default)]
     pub audit_head: Option<AuditHead>,
     /// Rows of every table.
@@ -156,10 +156,10 @@ pub struct Manifest {
     pub files: BTreeMap<String, BackupFile>,
 }
 
-/// Backs a data directory up into `target`, which is not there yet. A service may go on meanwhile.
+/// Backs up a data directory into `target`, which must not exist. A service may run meanwhile.
 ///
 /// # Errors
-/// Why there is no backup; `target` is then not there.
+/// Why there is no backup; `target` does not exist then.
 pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Result<Manifest, BackupFault> {
     if target.symlink_metadata().is_ok() {
         return Err(BackupFault::Occupied(target.to_owned()));
@@ -196,11 +196,12 @@ pub async fn back_up(data_dir: &Path, target: &Path, created_at: String) -> Resu
         }
     }
     let last = vanished.pop().unwrap_or_default();
-    // Each copy of the database is newer than the file's absence before it: what it still names was not given up.
+    // Each copy of the database is newer than the file's removal before it: a file that it still names was not
+    // released.
     Err(if vanished.contains(&last) { BackupFault::Lost(last) } else { BackupFault::Unquiet(last) })
 }
 
-/// Whether a place that is not there yet is in this directory.
+/// Whether a place that does not exist yet is in this directory.
 fn lies_within(target: &Path, data_dir: &Path) -> Result<bool, BackupFault> {
     let data_dir = data_dir.canonicalize().map_err(at("looking for", data_dir))?;
     let mut there = target.ancestors().skip(1).map(|folder| {
@@ -211,11 +212,11 @@ fn lies_within(target: &Path, data_dir: &Path) -> Result<bool, BackupFault> {
     Ok(nearest.is_some_and(|folder| folder.starts_with(&data_dir)))
 }
 
-/// Restores a backup into a data directory that is empty or not there. Everything is verified before the first byte is in
-/// its place.
+/// Restores a backup into a data directory that is empty or missing. Everything is verified before the first byte is
+/// moved to its place.
 ///
 /// # Errors
-/// Why nothing was restored; the data directory is then as it was.
+/// Why nothing was restored; the data directory is unchanged then.
 pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupFault> {
     let empty = match fs::read_dir(data_dir) {
         Ok(mut entries) => entries.next().is_none(),
@@ -235,9 +236,9 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     }
     let staging = staging_beside(data_dir)?;
     for (name, expected) in &manifest.files {
-        // Names come from a file: only those that a backup can have are followed.
+        // Names come from a file: only names that a backup can have are followed.
         if name != DATABASE_NAME && blob_name(&expected.sha256) != *name {
-            let source = serde::de::Error::custom(format!("{name:?} is no file of a backup"));
+            let source = serde::de::Error::custom(format!("{name:?} is not a file of a backup"));
             return Err(BackupFault::Manifest { path: manifest_path, source });
         }
         let from = backup.join(name);
@@ -254,7 +255,7 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     if schema != manifest.schema {
         return Err(BackupFault::Schema { found: schema, expected: manifest.schema });
     }
-    // Backups of earlier versions say nothing of it.
+    // Backups of earlier versions do not contain it.
     if manifest.audit_head.is_some() && manifest.audit_head != audit_head {
         return Err(BackupFault::AuditHead { found: audit_head, expected: manifest.audit_head });
     }
@@ -283,7 +284,7 @@ fn end_of(head: Option<&AuditHead>) -> String {
     head.map_or_else(|| "no entry".to_owned(), ToString::to_string)
 }
 
-/// Every row read: a database with a finding is not sound.
+/// Reads every row: a database with a finding is not sound.
 async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     let mut file = DatabaseFile::open(database).await?;
     if let Some(fault) = file.structural_faults().await?.into_iter().next() {
@@ -291,11 +292,11 @@ async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     }
     let broken = file.broken_references().await?;
     if broken > 0 {
-        return Err(BackupFault::Damaged(format!("{broken} rows refer to rows that are not there")));
+        return Err(BackupFault::Damaged(format!("{broken} rows refer to missing rows")));
     }
     let deep = file.deep(&Pace::unbounded(), None).await?;
     if let Some(first) = deep.faults().into_iter().next() {
-        return Err(BackupFault::Damaged(format!("{first} (trunnion doctor --deep names everything)")));
+        return Err(BackupFault::Damaged(format!("{first} (trunnion doctor --deep lists all damage)")));
     }
     let examined = Examined {
         rows: file.row_counts().await?,
@@ -307,7 +308,7 @@ async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     Ok(examined)
 }
 
-/// Copies every file named; gives the one that was not there, if one was not.
+/// Copies every named file; returns the missing one, if there is one.
 fn copy_blobs(
     named: &BTreeSet<Sha256Hex>,
     data_dir: &Path,
@@ -336,7 +337,7 @@ fn blob_name(sha256: &str) -> String {
     format!("blobs/{}/{sha256}", sha256.get(..2).unwrap_or("00"))
 }
 
-/// A directory beside `target`, on its file system; it goes unless it is settled.
+/// A directory beside `target`, on its file system; it is removed unless it is settled.
 fn staging_beside(target: &Path) -> Result<tempfile::TempDir, BackupFault> {
     let parent = match target.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -349,7 +350,7 @@ fn staging_beside(target: &Path) -> Result<tempfile::TempDir, BackupFault> {
         .map_err(at("making a directory in", parent))
 }
 
-/// Everything on disk, then under its name.
+/// Brings everything to the disk, then renames it.
 fn settle(staging: tempfile::TempDir, target: &Path) -> Result<(), BackupFault> {
     let sync = |path: &Path| {
         File::open(path).and_then(|folder| folder.sync_all()).map_err(at("synchronising", path))
@@ -366,8 +367,8 @@ fn settle(staging: tempfile::TempDir, target: &Path) -> Result<(), BackupFault> 
         sync(&blobs)?;
     }
     sync(staging.path())?;
-    fs::rename(staging.path(), target).map_err(at("moving what was copied to", target))?;
-    // It is under another name now: there is nothing left to remove.
+    fs::rename(staging.path(), target).map_err(at("moving the copy to", target))?;
+    // It has another name now, so there is nothing left to remove.
     let _moved = staging.keep();
     match target.parent() {
         Some(parent) if parent != Path::new("") => sync(parent),
@@ -391,11 +392,11 @@ fn copy_whole(from: &Path, to: &Path) -> Result<BackupFile, BackupFault> {
     Ok(copied)
 }
 
-/// A file to be read. A link is not followed, and to open a pipe would be to wait for who writes to it.
+/// Opens a file for reading. A link is not followed, and a pipe is not opened, because that would wait for a writer.
 fn opened(path: &Path) -> Result<File, BackupFault> {
     let found = fs::symlink_metadata(path).map_err(at("opening", path))?;
     if !found.is_file() {
-        return Err(at("opening", path)(io::Error::other("this is no regular file")));
+        return Err(at("opening", path)(io::Error::other("this is not a regular file")));
     }
     let flags = (OFlags::NOFOLLOW | OFlags::NONBLOCK).bits().cast_signed();
     File::options().read(true).custom_flags(flags).open(path).map_err(at("opening", path))

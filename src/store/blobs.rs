@@ -25,20 +25,20 @@ pub type Sha256Hex = String;
 /// A file could not be written, kept or opened.
 #[derive(Debug, Error)]
 pub enum BlobFault {
-    /// The system did not do what it was asked.
+    /// The system returned an error.
     #[error("while {doing} {path}: {source}")]
     File {
-        /// What was being done.
+        /// The action that failed.
         doing: &'static str,
-        /// With which file or folder.
+        /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
-    /// A folder of the data directory is a link.
-    #[error("{0} is a link or no folder, and links are not followed: put the folder itself in its place")]
+    /// A folder of the data directory is a link or not a folder.
+    #[error("{0} is a link or not a folder, and links are not followed: replace it by the folder itself")]
     NoFolder(PathBuf),
-    /// A kept file is not what was kept.
+    /// A kept file is damaged.
     #[error(transparent)]
     Damaged(#[from] DamagedFile),
 }
@@ -48,7 +48,7 @@ impl BlobFault {
         move |source| Self::File { doing, path: path.to_owned(), source }
     }
 
-    /// What ails the disk, where it is the disk.
+    /// The fault of the disk, if it is the disk's.
     #[must_use]
     pub fn storage(&self) -> Option<StorageFault> {
         match self {
@@ -58,54 +58,55 @@ impl BlobFault {
     }
 }
 
-/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for what is not complete yet.
+/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for incomplete files.
 #[derive(Debug, Clone)]
 pub struct Blobs {
     kept: PathBuf,
     spool: PathBuf,
-    /// Shared by those who keep files until their rows name them; alone for who removes what no row names.
+    /// Shared by tasks that keep files until their rows name them; exclusive for the removal of files that no row
+    /// names.
     naming: Arc<RwLock<()>>,
     writable: Arc<Writable>,
     soundness: Arc<Soundness>,
-    /// Folders below `kept` whose names are on the disk, as far as this process has made sure.
+    /// Folders below `kept` whose names are known to be on the disk.
     settled: Arc<Mutex<HashSet<PathBuf>>>,
 }
 
-/// A kept file, open and found to be what was kept.
+/// A kept file that is open and was verified.
 #[derive(Debug)]
 pub struct SoundFile {
     /// The file, at its first byte.
     pub file: File,
-    /// How it stood before it was verified.
+    /// Its state before it was verified.
     pub state: FileState,
     /// Its length \[bytes\].
     pub length: u64,
 }
 
-/// A file being written; it vanishes unless it is kept.
+/// A file that is being written; it is removed unless it is kept.
 #[derive(Debug)]
 pub struct Draft {
     file: NamedTempFile,
     hasher: Sha256,
     length: u64,
     limit: u64,
-    /// What it holds of the spool, where that is shared.
+    /// Its share of the spool, if the spool is shared.
     room: Option<Held>,
 }
 
-/// More bytes than a draft may hold; the kind of the fault of writing is then [`io::ErrorKind::FileTooLarge`].
+/// More bytes than a draft may have; the fault of writing then has the kind [`io::ErrorKind::FileTooLarge`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("what is made would be longer than {limit} bytes")]
+#[error("the result would be longer than the limit of {limit} bytes")]
 pub struct DraftTooLong {
     /// The limit \[bytes\].
     pub limit: u64,
 }
 
 impl Blobs {
-    /// Opens the directories and removes what an earlier process left half written.
+    /// Opens the directories and removes incomplete files of an earlier process.
     ///
     /// # Errors
-    /// A directory cannot be made or read.
+    /// A directory cannot be created or read.
     pub fn open(data_dir: &Path) -> Result<Self, BlobFault> {
         let (kept, spool) = (data_dir.join("blobs"), data_dir.join("spool"));
         for directory in [&kept, &spool] {
@@ -114,7 +115,8 @@ impl Blobs {
                 return Err(BlobFault::NoFolder(directory.clone()));
             }
         }
-        // Their names too: without them nothing that is kept below is found again. A process before may have died in between.
+        // Their names must be on the disk too: without them no file below is found again. An earlier process may have
+        // died in between.
         sync_directory(data_dir)?;
         for entry in fs::read_dir(&spool).map_err(BlobFault::at("reading", &spool))? {
             let path = entry.map_err(BlobFault::at("reading", &spool))?.path();
@@ -130,8 +132,8 @@ impl Blobs {
         })
     }
 
-    /// Removes files that no row names: kept by a process that ended before it wrote the row. Only for the start,
-    /// before anything is written.
+    /// Removes files that no row names: an earlier process kept them and ended before it wrote the row. Only for the
+    /// start, before anything is written.
     ///
     /// # Errors
     /// A directory cannot be read or a file not removed.
@@ -144,7 +146,7 @@ impl Blobs {
                 .collect()
         };
         for folder in entries(&self.kept)? {
-            // What a link leads to is not ours to remove from.
+            // Nothing is removed from the target of a link.
             if !is_folder(&folder) {
                 return Err(BlobFault::NoFolder(folder));
             }
@@ -159,15 +161,15 @@ impl Blobs {
         Ok(removed)
     }
 
-    /// Whether a file can be written, as far as one was within the last second. Blocks.
+    /// Whether a file can be written; the result is at most a second old. Blocks.
     ///
     /// # Errors
-    /// It cannot.
+    /// No file can be written.
     pub fn check(&self) -> Result<(), Arc<BlobFault>> {
         self.writable.check(&self.spool)
     }
 
-    /// The marks of jobs that are computed, and those that a process left which died. Only for the start.
+    /// The marks of running jobs, and those of a process that died. Only for the start.
     ///
     /// # Errors
     /// Their folder cannot be used.
@@ -185,7 +187,7 @@ impl Blobs {
         Ok(Draft { file, hasher: Sha256::new(), length: 0, limit: u64::MAX, room: None })
     }
 
-    /// A file for what rests between two steps of a computation; it goes with what is returned.
+    /// A file for data between two steps of a computation; it is removed when the returned value is dropped.
     ///
     /// # Errors
     /// The file cannot be made.
@@ -193,8 +195,8 @@ impl Blobs {
         NamedTempFile::new_in(&self.spool)
     }
 
-    /// Puts a draft under its digest: data to disk, folder to disk, rename, name to disk. The same bytes once more change
-    /// nothing.
+    /// Moves a draft to the name of its digest: data to disk, folder to disk, rename, name to disk. If the same bytes
+    /// are already there, nothing changes.
     ///
     /// # Errors
     /// The file cannot be synchronised or renamed.
@@ -210,8 +212,8 @@ impl Blobs {
         Ok(sha256)
     }
 
-    /// Makes sure that a folder is there and that its name is on the disk. That it is there is not enough: who made it may
-    /// still be synchronising, may have failed to, or may have died before.
+    /// Makes sure that a folder exists and that its name is on the disk. It is not enough that it exists: the process
+    /// that created it may still be synchronising, may have failed to, or may have died before.
     fn settle(&self, folder: &Path) -> Result<(), BlobFault> {
         let mut settled = self.settled.lock().unwrap_or_else(PoisonError::into_inner);
         let is_there = is_folder(folder);
@@ -227,16 +229,16 @@ impl Blobs {
         Ok(())
     }
 
-    /// What is known to be damaged.
+    /// The known damage.
     #[must_use]
     pub fn soundness(&self) -> &Arc<Soundness> {
         &self.soundness
     }
 
-    /// Opens a kept file, of which nothing is verified yet.
+    /// Opens a kept file without verifying it.
     ///
     /// # Errors
-    /// It is missing, no plain file, or cannot be opened.
+    /// It is missing, not a regular file, or cannot be opened.
     pub fn read(&self, sha256: &str) -> Result<File, BlobFault> {
         self.opened(sha256).map_err(|fault| self.note(fault))
     }
@@ -252,25 +254,25 @@ impl Blobs {
         })
     }
 
-    /// Opens a kept file and reads it to its end: what is given is what was kept. Blocks.
+    /// Opens a kept file and reads it to its end, to verify it. Blocks.
     ///
     /// # Errors
-    /// It is missing, no plain file, has other bytes, or cannot be read.
+    /// It is missing, not a regular file, has other bytes, or cannot be read.
     pub fn read_sound(&self, sha256: &str) -> Result<SoundFile, BlobFault> {
         let found = self.verified(sha256, |_| Ok(())).map_err(|fault| self.note(fault))?;
         self.soundness.sound(sha256);
         Ok(found)
     }
 
-    /// Reads a kept file to its end at a pace, or until the pace is over, which is a fault too. What is found is not noted: the file may
-    /// have been given up meanwhile. Blocks.
+    /// Reads a kept file to its end at a pace, or until the pace is over, which is a fault too. Damage is not
+    /// recorded, because the file may have been released meanwhile. Blocks.
     ///
     /// # Errors
-    /// As for [`Self::read_sound`].
+    /// The same as [`Self::read_sound`].
     pub fn look(&self, sha256: &str, pace: &Pace) -> Result<(), BlobFault> {
         let each = |bytes| {
             pace.spend_blocking(bytes);
-            if pace.is_over() { Err(io::Error::other("told to stop")) } else { Ok(()) }
+            if pace.is_over() { Err(io::Error::other("stopped")) } else { Ok(()) }
         };
         self.verified(sha256, each).map(drop)
     }
@@ -294,21 +296,21 @@ impl Blobs {
         fault
     }
 
-    /// The same damage, counted and logged.
+    /// Counts and logs the damage, and returns it.
     #[must_use]
     pub fn noted(&self, damaged: DamagedFile) -> DamagedFile {
         self.soundness.damaged(&damaged);
         damaged
     }
 
-    /// Held from keeping files until a row names them: nothing is removed meanwhile.
+    /// Held from keeping files until a row names them: no file is removed meanwhile.
     pub async fn naming(&self) -> OwnedRwLockReadGuard<()> {
         Arc::clone(&self.naming).read_owned().await
     }
 
-    /// Held while what no row names is removed; none where files are being named all the time `within`. Who waits for
-    /// it keeps all others from naming theirs, and files may be waiting for their row as long as the database is locked:
-    /// wait shortly and seldom, or not at all.
+    /// Held while files that no row names are removed; `None` if files are being named during all of `within`. The
+    /// waiting task keeps all others from naming their files, and files may wait for their row as long as the
+    /// database is locked. So wait briefly and rarely, or not at all.
     pub async fn removing(&self, within: Duration) -> Option<OwnedRwLockWriteGuard<()>> {
         if within.is_zero() {
             return Arc::clone(&self.naming).try_write_owned().ok();
@@ -316,7 +318,7 @@ impl Blobs {
         tokio::time::timeout(within, Arc::clone(&self.naming).write_owned()).await.ok()
     }
 
-    /// Removes a kept file; one that is gone already is no fault.
+    /// Removes a kept file; it is not a fault if the file is already gone.
     ///
     /// # Errors
     /// It cannot be removed.
@@ -330,7 +332,7 @@ impl Blobs {
         }
     }
 
-    /// Where a kept file stands.
+    /// Path of a kept file.
     #[must_use]
     pub fn path(&self, sha256: &str) -> PathBuf {
         self.kept.join(folder_of(sha256)).join(sha256)
@@ -344,13 +346,13 @@ impl Draft {
         Self { limit, ..self }
     }
 
-    /// The same with its bytes counted as they come, until it is kept or goes.
+    /// The same with its bytes counted while they arrive, until it is kept or dropped.
     #[must_use]
     pub fn counted(self, room: Held) -> Self {
         Self { room: Some(room), ..self }
     }
 
-    /// Where the bytes written so far stand.
+    /// Path of the bytes written so far.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.file.path()
@@ -362,10 +364,10 @@ impl Draft {
         self.length
     }
 
-    /// The file itself, whatever becomes of its name.
+    /// The file itself, whatever happens to its name.
     ///
     /// # Errors
-    /// As many files are open as may be.
+    /// Too many files are open.
     pub fn file(&self) -> io::Result<File> {
         self.file.as_file().try_clone()
     }
@@ -397,7 +399,7 @@ impl Write for Draft {
     }
 }
 
-/// The folder among the kept files in which a file stands.
+/// The folder of a file among the kept files.
 pub(super) fn folder_of(sha256: &str) -> &str {
     sha256.get(..2).unwrap_or("00")
 }

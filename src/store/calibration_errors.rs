@@ -1,4 +1,4 @@
-//! The errors of calibration runs as rows of their own, which a trend reads without opening every document.
+//! The errors of calibration runs as rows of their own, so that a trend can read them without opening every document.
 
 use sqlx::sqlite::SqliteConnection;
 
@@ -49,8 +49,8 @@ pub(super) fn error_rows(document: &CalibrationDocument) -> Vec<ErrorRow> {
     rows
 }
 
-/// The runs whose rows say something else than their document, in words. A document that cannot be read is left out: its
-/// digest tells.
+/// The runs whose rows contradict their document, in words. A document that cannot be read is left out: its digest
+/// shows the damage.
 ///
 /// # Errors
 /// The database failed.
@@ -82,18 +82,18 @@ pub(super) async fn contradictions(
             expected += 1;
         }
         if differs {
-            found.push(format!("the errors of calibration {} are not those of its document", document.id));
+            found.push(format!("the error rows of calibration {} contradict its document", document.id));
         }
     }
     let rows: i64 =
         sqlx::query_scalar("SELECT COUNT(*) FROM calibration_errors").fetch_one(connection).await?;
     if all_are_read && rows > expected {
-        found.push(format!("trends read {rows} errors, and the calibrations have {expected}"));
+        found.push(format!("trends read {rows} errors, but the calibrations have {expected}"));
     }
     Ok(found)
 }
 
-/// The row that a trend reads for this one of a run.
+/// The row of a trend for this error of a run.
 async fn stored(
     connection: &mut SqliteConnection,
     document: &CalibrationDocument,

@@ -10,41 +10,41 @@ use crate::wire::{AuditAction, CalibrationDocument, CalibrationKind, TrendPoint}
 /// A stored run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationRow {
-    /// The document, as it was first answered.
+    /// The document, as first answered.
     pub text: String,
-    /// The same, read.
+    /// The same document, parsed.
     pub document: CalibrationDocument,
     /// Digest of the text.
     pub document_sha256: String,
-    /// What was posted, normalised.
+    /// The posted run, normalised.
     pub run: String,
 }
 
-/// A run about to be stored.
+/// A run to store.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewCalibration {
-    /// What clients will see.
+    /// The document for clients.
     pub document: CalibrationDocument,
     /// The document as text.
     pub text: String,
     /// Digest of the text.
     pub document_sha256: String,
-    /// What was posted, normalised; its digest is in the document.
+    /// The posted run, normalised; its digest is in the document.
     pub run: String,
 }
 
-/// Which runs are wanted.
+/// Filter of the runs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CalibrationFilter {
-    /// Of this kind.
+    /// Only runs of this kind.
     pub kind: Option<CalibrationKind>,
-    /// Measured at this time or later.
+    /// Only runs measured at this time or later.
     pub measured_from: Option<String>,
-    /// Measured at this time or earlier.
+    /// Only runs measured at this time or earlier.
     pub measured_to: Option<String>,
 }
 
-/// Which error of which machine a trend follows.
+/// The error and the machine of a trend.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TrendQuery<'a> {
     /// The machine.
@@ -53,11 +53,11 @@ pub struct TrendQuery<'a> {
     pub axis: &'a str,
     /// Name of the error without its unit.
     pub error: &'a str,
-    /// Measured at this time or later.
+    /// Only runs measured at this time or later.
     pub measured_from: Option<&'a str>,
-    /// Measured at this time or earlier.
+    /// Only runs measured at this time or earlier.
     pub measured_to: Option<&'a str>,
-    /// At most so many, the newest.
+    /// Largest number of runs; the newest are taken.
     pub limit: i64,
 }
 
@@ -109,8 +109,8 @@ impl Store {
         row.map(|row| row.read(self)).transpose()
     }
 
-    /// A page of what the runs of a machine said, newest stored first. Their readings, which may be megabytes each, stay
-    /// where they are.
+    /// A page of the results of a machine's runs, newest stored first. Their readings, which may be megabytes each,
+    /// are not read.
     ///
     /// # Errors
     /// The database failed.
@@ -145,14 +145,14 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// How one error went, oldest first: the newest runs when there are more than asked for.
+    /// The trend of one error, oldest first; if there are more runs than the limit, the newest.
     ///
     /// # Errors
     /// The database failed.
     pub async fn calibration_trend(&self, wanted: &TrendQuery<'_>) -> Result<Vec<TrendPoint>, StoreError> {
         let TrendQuery { machine_id, axis, error, measured_from, measured_to, limit } = wanted;
         let from = measured_from.unwrap_or("");
-        // After every time there is.
+        // After every possible time.
         let to = measured_to.unwrap_or("~");
         let rows = sqlx::query!(
             "SELECT calibration_id, measured_at, machine_revision, value, standard_uncertainty, identifiable
@@ -182,8 +182,8 @@ impl Store {
             .collect())
     }
 
-    /// Stores a run with its errors and the key it was posted under. `false` when the key was used in the meantime, in
-    /// which case nothing is stored.
+    /// Stores a run with its errors and the idempotency key of its request. `false` if the key was used in the
+    /// meantime; nothing is stored then.
     ///
     /// # Errors
     /// The database failed.

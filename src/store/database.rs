@@ -37,14 +37,14 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the database file, creates it when missing, brings it to the newest form.
+    /// Opens the database file, creates it if it is missing, and updates it to the newest form.
     ///
     /// # Errors
-    /// The file cannot be opened or migrated, the linked `SQLite` is too old, or the database knows nothing of the files
+    /// The file cannot be opened or migrated, the linked `SQLite` is too old, or the database does not know the files
     /// that are stored beside it.
     pub async fn open(file: &Path, readers: u32) -> Result<Self, StoreError> {
         if is_empty(file) {
-            // Before anything is made, and before SQLite takes a write-ahead log without its database for left over.
+            // Checked before anything is created, and before SQLite removes a write-ahead log without a database.
             no_files_beside(file)?;
         }
         let store = Self::opened(file, readers, true).await?;
@@ -56,7 +56,7 @@ impl Store {
         if chained > 0 {
             tracing::info!(entries = chained, "the audit log of an earlier version is a chain from now on");
         }
-        // Every database that was served from holds a machine, whatever was deleted since.
+        // Every database that a service has used contains a machine, whatever was deleted since.
         if store.has_no_machine_yet().await?
             && let Err(fault) = no_files_beside(file)
         {
@@ -66,13 +66,13 @@ impl Store {
         Ok(store)
     }
 
-    /// The same, which notes there what it finds damaged.
+    /// The same store, which records the damage that it finds there.
     #[must_use]
     pub fn noting_damage_in(self, soundness: &Arc<Soundness>) -> Self {
         Self { soundness: Arc::clone(soundness), ..self }
     }
 
-    /// Whether a document is what was stored; noted where it is not.
+    /// Whether a document is unchanged; damage is recorded.
     ///
     /// # Errors
     /// Its text has another digest.
@@ -90,10 +90,10 @@ impl Store {
         Ok(())
     }
 
-    /// Opens the database of a service that runs, beside it: nothing is created or brought to another form.
+    /// Opens the database beside a running service: nothing is created or migrated.
     ///
     /// # Errors
-    /// The file is not there, or not in the form that this version makes.
+    /// The file is missing, or not in the form of this version.
     pub async fn open_beside(file: &Path) -> Result<Self, StoreError> {
         Self::opened(file, 1, false).await
     }
@@ -111,7 +111,7 @@ impl Store {
             .acquire_timeout(Duration::from_secs(10))
             .idle_timeout(None)
             .max_lifetime(None)
-            // A connection that a full disk left inside a transaction never comes back to the pool.
+            // A connection that a full disk left inside a transaction never returns to the pool.
             .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
             .connect_with(options.clone())
             .await
@@ -129,8 +129,8 @@ impl Store {
         } else {
             same_form(&writer).await?;
         }
-        // All of them from the start and for good: what they keep of the file is there when it is needed, and memory does not
-        // depend on how many were needed at once.
+        // All connections are opened at the start and stay open: their caches of the file are ready when they are
+        // needed, and memory does not depend on how many were needed at once.
         let readers = SqlitePoolOptions::new()
             .min_connections(readers)
             .max_connections(readers)
@@ -145,26 +145,26 @@ impl Store {
         Ok(Self { readers: Readers::new(readers), writer, writes: Arc::default(), soundness: Arc::default() })
     }
 
-    /// How many write transactions have ended: while it stays the same, so does everything read since.
+    /// The number of write transactions that have ended: while it stays the same, everything read since is current.
     #[must_use]
     pub fn writes(&self) -> u64 {
         self.writes.load(Ordering::SeqCst)
     }
 
-    /// Runs `work` in one write transaction: all of it happens, or nothing. The lock is taken at the start, and a
-    /// failed transaction is rolled back before its connection is used again.
+    /// Runs `work` in one write transaction, completely or not at all. The lock is taken at the start, and a failed
+    /// transaction is rolled back before its connection is used again.
     pub(super) async fn write<T, F>(&self, doing: &'static str, work: F) -> Result<T, StoreError>
     where
         T: Send,
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
     {
         let _timed = meter::STORE_WRITES.begin();
-        // Counted however it ends, also by a caller who no longer waits for it.
+        // It is counted however it ends, even if the caller no longer waits for it.
         let _counted = Counted(&self.writes);
         let mut connection = self.writer.acquire().await.doing(doing)?;
         let done = transact(&mut connection, doing, work).await;
         if matches!(done, Err(StoreError::Storage { .. })) {
-            // One that was opened on a read-only disk stays read-only when the disk is not.
+            // A connection that was opened on a read-only disk stays read-only after the disk becomes writable.
             connection.close_on_drop();
         }
         done
@@ -187,7 +187,7 @@ impl Store {
     }
 }
 
-/// All of `work`, or nothing of it.
+/// Does all of `work`, or nothing.
 async fn transact<T, F>(
     connection: &mut SqliteConnection,
     doing: &'static str,
@@ -208,7 +208,7 @@ where
     }
 }
 
-/// Whether the database is in the form that this version makes.
+/// Whether the database is in the form of this version.
 async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
     let mut connection = writer.acquire().await.doing("asking for the form of the database")?;
     let found = newest_migration(&mut connection).await?;
@@ -218,12 +218,12 @@ async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
     Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: own_schema() })
 }
 
-/// Whether a database file is not there, or has no bytes.
+/// Whether a database file is missing or empty.
 fn is_empty(file: &Path) -> bool {
     std::fs::metadata(file).map_or_else(|fault| fault.kind() == ErrorKind::NotFound, |found| found.len() == 0)
 }
 
-/// Refuses a database that knows nothing where files are stored beside it: who starts with it would remove them all.
+/// Refuses an empty database if files are stored beside it: a service that starts with it would remove them all.
 fn no_files_beside(file: &Path) -> Result<(), StoreError> {
     let directory = file.parent().unwrap_or(Path::new("."));
     match stored_files(directory) {
@@ -232,7 +232,7 @@ fn no_files_beside(file: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Whether this version knows the schema that the database is in.
+/// Refuses a schema that this version does not know.
 async fn not_newer(writer: &SqlitePool) -> Result<(), StoreError> {
     let mut connection = writer.acquire().await.doing("asking for the schema of the database")?;
     match newest_migration(&mut connection).await? {
@@ -241,7 +241,7 @@ async fn not_newer(writer: &SqlitePool) -> Result<(), StoreError> {
     }
 }
 
-/// Counts when it goes.
+/// Counts when it is dropped.
 struct Counted<'a>(&'a AtomicU64);
 
 impl Drop for Counted<'_> {

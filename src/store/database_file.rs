@@ -1,4 +1,4 @@
-//! A database file looked at as a file: by backups, restorations and examinations, beside a service that has it open or not.
+//! A database file, read as a file: for backups, restorations and examinations, whether or not a service has it open.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,27 +13,27 @@ use super::{Sha256Hex, StoreError};
 /// Columns of jobs that name files; older schemas have fewer of them.
 const BLOB_COLUMNS: [&str; 4] = ["input_sha256", "output_sha256", "surface_sha256", "changes_sha256"];
 
-/// Most faults that one check tells.
+/// Largest number of faults that one check reports.
 const MAX_FAULTS: usize = 20;
 
-/// A database file, opened to be read.
+/// A database file that is open for reading.
 #[derive(Debug)]
 pub struct DatabaseFile {
     connection: SqliteConnection,
 }
 
 impl DatabaseFile {
-    /// Opens the file; nothing is created and nothing in it is changed.
+    /// Opens the file; nothing is created or changed.
     ///
     /// # Errors
-    /// There is none, or it is no database.
+    /// There is no file, or it is not a database.
     pub async fn open(file: &Path) -> Result<Self, StoreError> {
         let options =
             SqliteConnectOptions::new().filename(file).read_only(true).busy_timeout(Duration::from_secs(5));
-        // A report may be long: few rows wait to be looked at.
+        // A report may be long, so only a few rows wait to be read.
         let options = options.row_buffer_size(1);
         let mut connection = options.connect().await.doing("opening the database")?;
-        // The header is read only now.
+        // The header is read only at this point.
         let _tables: i64 = sqlx::query_scalar("SELECT COUNT(*) FROM sqlite_schema")
             .fetch_one(&mut connection)
             .await
@@ -41,7 +41,7 @@ impl DatabaseFile {
         Ok(Self { connection })
     }
 
-    /// From now on it is seen as it is at this moment.
+    /// From now on the database is seen as it is at this moment.
     ///
     /// # Errors
     /// The database failed.
@@ -50,7 +50,7 @@ impl DatabaseFile {
         Ok(())
     }
 
-    /// From now on it is seen as it is then.
+    /// From now on the database is seen as it is at each query.
     ///
     /// # Errors
     /// The database failed.
@@ -59,12 +59,12 @@ impl DatabaseFile {
         Ok(())
     }
 
-    /// The connection, for further questions.
+    /// The connection, for further queries.
     pub(super) fn connection(&mut self) -> &mut SqliteConnection {
         &mut self.connection
     }
 
-    /// The newest schema that a migration brought it to; none where no migration ever ran.
+    /// The newest schema that a migration has made; `None` if no migration has run.
     ///
     /// # Errors
     /// The database failed.
@@ -72,7 +72,7 @@ impl DatabaseFile {
         newest_migration(&mut self.connection).await
     }
 
-    /// Version of the `SQLite` that reads it.
+    /// Version of the `SQLite` that reads the file.
     ///
     /// # Errors
     /// The database failed.
@@ -81,7 +81,7 @@ impl DatabaseFile {
         version.await.doing("asking for the version")
     }
 
-    /// What is broken in the file's structure: nothing in a sound one.
+    /// The faults in the file's structure; empty for a sound file.
     ///
     /// # Errors
     /// The database failed.
@@ -94,7 +94,7 @@ impl DatabaseFile {
         Ok(rows.into_iter().filter(|row| row != "ok").collect())
     }
 
-    /// How many rows refer to rows that are not there.
+    /// Number of rows that refer to missing rows.
     ///
     /// # Errors
     /// The database failed.
@@ -106,7 +106,7 @@ impl DatabaseFile {
         Ok(count.unsigned_abs())
     }
 
-    /// How many rows each table has.
+    /// Number of rows in each table.
     ///
     /// # Errors
     /// The database failed.
@@ -153,7 +153,7 @@ impl DatabaseFile {
         Ok(named)
     }
 
-    /// How many ends of jobs are still to be told, and how many were given up; nothing in a schema without them.
+    /// Number of webhooks that are waiting, and of those that were given up; `None` in a schema without them.
     ///
     /// # Errors
     /// The database failed.
@@ -174,7 +174,7 @@ impl DatabaseFile {
         Ok(Some((waiting.unsigned_abs(), given_up.unsigned_abs())))
     }
 
-    /// Writes a copy as it is at this moment to a file that is not there yet. Writers go on meanwhile.
+    /// Writes a copy of the present state to a file that must not exist. Writers continue meanwhile.
     ///
     /// # Errors
     /// The copy could not be written.
@@ -191,7 +191,7 @@ impl DatabaseFile {
     /// Closes it.
     pub async fn close(self) {
         if let Err(fault) = self.connection.close().await {
-            tracing::debug!(error = %fault, "a database file was not closed in order");
+            tracing::debug!(error = %fault, "a database file was not closed properly");
         }
     }
 }

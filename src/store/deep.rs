@@ -1,5 +1,6 @@
-//! A database read row by row: does its schema stand as the migrations make it, does every digest stand for what it stands beside, is the
-//! audit log whole, and was every API key made by an entry of it. `SQLite`'s own checks see none of that.
+//! Reads a database row by row: whether its schema is the one that the migrations make, whether every digest matches
+//! its data, whether the audit log is complete, and whether an entry of it created every API key. `SQLite`'s own
+//! checks find none of this.
 
 use std::collections::BTreeMap;
 
@@ -13,12 +14,12 @@ use super::calibration_errors::contradictions;
 use super::error::Doing;
 use super::{AuditChain, AuditHead, DatabaseFile, Pace, StoreError, own_schema, sha256_hex};
 
-/// Findings that are told one by one.
+/// Largest number of findings that are reported one by one.
 const MAX_FINDINGS: usize = 100;
-/// Rows read at a time: nothing is held between two of them.
+/// Rows read at a time: no lock is held between two parts.
 const AT_ONCE: usize = 200;
 
-/// A column whose digest stands in another.
+/// A column whose digest is in another column.
 struct Digested {
     table: &'static str,
     text: &'static str,
@@ -33,7 +34,7 @@ const DIGESTED: [Digested; 5] = [
     Digested { table: "jobs", text: "report", sha256: "report_sha256" },
 ];
 
-/// Rows that cannot be together, each told in words by its query.
+/// Rows that contradict each other; its query describes each in words.
 struct Contradiction {
     /// All tables that the query names.
     tables: &'static [&'static str],
@@ -74,19 +75,19 @@ const CONTRADICTIONS: [Contradiction; 5] = [
     },
 ];
 
-/// What was found by reading everything.
+/// The findings of reading everything.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Deep {
-    /// The audit log; none in schemas that do not chain it.
+    /// The audit log; `None` in schemas without a chain.
     pub audit: Option<AuditChain>,
-    /// What is wrong besides, in words.
+    /// Other findings, in words.
     pub findings: Vec<String>,
     /// Rows read.
     pub rows: u64,
 }
 
 impl Deep {
-    /// Everything that is wrong, in words.
+    /// All faults, in words.
     #[must_use]
     pub fn faults(&self) -> Vec<String> {
         let chain = self.audit.iter().flat_map(|chain| &chain.faults).map(ToString::to_string);
@@ -108,11 +109,11 @@ enum Key {
 }
 
 impl DatabaseFile {
-    /// Reads every row: what is wrong with them, with the schema, and with the audit log, of which one entry may be known from
-    /// elsewhere. Where `pace` ends, so does the reading.
+    /// Reads every row and reports faults of the rows, of the schema, and of the audit log, which is compared with a
+    /// recorded entry if there is one. It ends when `pace` ends.
     ///
     /// # Errors
-    /// The database failed; what cannot be read of a single table is a finding.
+    /// The database failed; a single table that cannot be read is a finding.
     pub async fn deep(&mut self, pace: &Pace, known: Option<&AuditHead>) -> Result<Deep, StoreError> {
         let mut deep = Deep::default();
         let schema = self.schema().await?.unwrap_or_default();
@@ -154,7 +155,8 @@ impl DatabaseFile {
         Ok(deep)
     }
 
-    /// What stands otherwise in the schema than the migrations up to `version` make it; nothing can be said of a newer one.
+    /// Differences between the schema and the one that the migrations up to `version` make; a newer schema cannot be
+    /// compared.
     async fn schema_differences(&mut self, version: i64) -> Result<Vec<String>, StoreError> {
         if version > own_schema() {
             return Ok(Vec::new());
@@ -170,19 +172,22 @@ impl DatabaseFile {
             match found.get(name) {
                 None => differences.push(format!("the {} {} is missing from the schema", name.0, name.1)),
                 Some(other) if other != text => {
-                    differences
-                        .push(format!("the {} {} is another than the migrations make", name.0, name.1));
+                    differences.push(format!(
+                        "the {} {} differs from the one that the migrations make",
+                        name.0, name.1
+                    ));
                 }
                 Some(_) => {}
             }
         }
         let more = found.keys().filter(|name| !expected.contains_key(name));
-        differences.extend(more.map(|(kind, name)| format!("the {kind} {name} is made by no migration")));
+        differences.extend(more.map(|(kind, name)| format!("no migration makes the {kind} {name}")));
         Ok(differences)
     }
 }
 
-/// Kind and name of everything in a schema with its text; blanks and quotes around names are left out, which a renaming adds.
+/// Kind and name of everything in a schema, with its text without blanks and without quotes around names, which a
+/// renaming adds.
 type Schema = BTreeMap<(String, String), String>;
 
 /// The schema of this version, made once.
@@ -190,7 +195,7 @@ static OWN: OnceCell<Schema> = OnceCell::const_new();
 
 /// The schema that the migrations up to `version` make.
 async fn schema_made(version: i64) -> Result<Schema, StoreError> {
-    let doing = "making a database to compare with";
+    let doing = "creating a database for comparison";
     let mut fresh = SqliteConnection::connect("sqlite::memory:").await.doing(doing)?;
     for migration in sqlx::migrate!().iter().filter(|migration| migration.version <= version) {
         sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await.doing(doing)?;
@@ -255,7 +260,7 @@ async fn read_table(
         .iter()
         .filter(|digested| digested.table == table && has(digested.text) && has(digested.sha256))
         .collect();
-    // Every table of a migration has a primary key of numbers and texts; another is read in one go.
+    // Every table of a migration has a primary key of numbers and texts; any other table is read at once.
     let key = columns.key.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
     let marks = vec!["?"; columns.key.len()].join(", ");
     let (all, table_name) = (quoted(table), table);
@@ -285,7 +290,7 @@ async fn read_table(
                     Ok(read) => read,
                     Err(fault) => {
                         deep.find(format!(
-                            "{table_name} {}: {text} does not read: {fault}",
+                            "{table_name} {}: {text} cannot be read: {fault}",
                             named(&row, columns)
                         ));
                         continue;

@@ -1,5 +1,5 @@
-//! The ends of jobs that somebody is to be told of. Their rows come with the ends themselves, by a trigger
-//! (`jobs_are_told`): whatever ends a job, it is told or it has not ended.
+//! The webhooks about ended jobs. A trigger (`jobs_are_told`) writes their rows together with the ends: a job cannot
+//! end without its webhook.
 
 use std::collections::BTreeSet;
 
@@ -10,67 +10,67 @@ use super::machines::as_array;
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{AuditAction, DeliveryAttempt, DeliveryOutcome, DeliveryState};
 
-/// An end that is to be told now.
+/// A webhook that is due.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DueDelivery {
     /// The job.
     pub job_id: String,
-    /// Host and port of who is told.
+    /// Host and port of the receiver.
     pub receiver: String,
 }
 
-/// How the telling of an end goes.
+/// State of a delivery.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeliveryRow {
-    /// Host and port of who is told.
+    /// Host and port of the receiver.
     pub receiver: String,
-    /// Where it stands.
+    /// The state.
     pub state: DeliveryState,
-    /// How often it was asked for.
+    /// How often the delivery was requested.
     pub round: i64,
-    /// Attempts since then.
+    /// Attempts in the present round.
     pub attempts: i64,
-    /// When the next one is made.
+    /// Time of the next attempt.
     pub due_at: Option<String>,
 }
 
-/// What comes after an attempt.
+/// The step after an attempt.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AfterAttempt {
-    /// Nothing: it was taken.
+    /// Nothing: the receiver has accepted it.
     Delivered,
-    /// Nothing: nobody will take it.
+    /// Nothing: no receiver will accept it.
     GivenUp,
     /// Another attempt at this time.
     Again(String),
 }
 
-/// What became of the wish to tell an end once more.
+/// The result of a request to deliver a webhook again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Redelivery {
-    /// It will be.
+    /// It will be delivered again.
     Asked,
-    /// There is nothing to tell.
+    /// There is nothing to deliver.
     Nothing,
-    /// The wish's key was used in the meantime.
+    /// The request's key was used in the meantime.
     KeyTaken,
 }
 
-/// What waits to be told.
+/// The waiting webhooks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeliveriesWaiting {
-    /// How many ends.
+    /// How many are waiting.
     pub count: i64,
-    /// When the job of the oldest ended.
+    /// End of the job with the oldest one.
     pub oldest: Option<String>,
 }
 
-/// Whom not to look at: those that are being told, and receivers of which as many are as may.
+/// Jobs and receivers to leave out: those that are being delivered, and receivers that have reached their limit.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Taken {
-    /// Jobs.
+    /// Jobs that are being delivered.
     pub jobs: BTreeSet<String>,
-    /// Receivers.
+    /// Receivers at their limit.
     pub receivers: BTreeSet<String>,
 }
 
@@ -83,8 +83,8 @@ struct StoredDelivery {
 }
 
 impl Store {
-    /// Ends that are to be told now, the ones that wait longest first: due at `now` or before, or so far ahead that the
-    /// clock must have been wrong when that was written.
+    /// The due webhooks, those that have waited longest first. A webhook is due at `now` or before, or if its time is
+    /// so far ahead that the clock must have been wrong when it was written.
     ///
     /// # Errors
     /// The database failed.
@@ -115,7 +115,7 @@ impl Store {
         .doing("looking for webhooks to deliver")
     }
 
-    /// When the next end is to be told.
+    /// Time of the next webhook.
     ///
     /// # Errors
     /// The database failed.
@@ -135,7 +135,7 @@ impl Store {
         Ok(found.flatten())
     }
 
-    /// How the telling of a job's end goes; nothing where there is none to be told.
+    /// State of the delivery of a job's end; `None` if there is no webhook.
     ///
     /// # Errors
     /// The database failed.
@@ -158,7 +158,7 @@ impl Store {
         row.map(read).transpose()
     }
 
-    /// A page of the attempts to tell a job's end, newest first.
+    /// A page of the attempts to deliver a job's end, newest first.
     ///
     /// # Errors
     /// The database failed.
@@ -195,7 +195,7 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// Writes an attempt down, and what comes after it unless a new round was asked for meanwhile.
+    /// Records an attempt, and the step after it unless a new round was requested meanwhile.
     ///
     /// # Errors
     /// The database failed.
@@ -212,11 +212,11 @@ impl Store {
             AfterAttempt::GivenUp => ("given-up", None),
             AfterAttempt::Again(at) => ("waiting", Some(at.clone())),
         };
-        self.write("writing an attempt down", |connection| {
+        self.write("recording an attempt", |connection| {
             Box::pin(async move {
                 let (status, outcome) = (attempt.status.map(i64::from), attempt.outcome.as_str());
                 let duration_ms = attempt.duration_ms.unwrap_or(0);
-                // The job may have been removed meanwhile, and its deliveries with it.
+                // The job and its deliveries may have been removed meanwhile.
                 sqlx::query!(
                     "INSERT INTO delivery_attempts (job_id, started_at, duration_ms, status, outcome, detail)
                      SELECT job_id, ?, ?, ?, ?, ? FROM deliveries WHERE job_id = ?",
@@ -245,7 +245,7 @@ impl Store {
         .await
     }
 
-    /// Asks for a job's end to be told now, from the first attempt on, whatever came of it before.
+    /// Requests that a job's end is delivered now, from the first attempt on, whatever the result of earlier rounds.
     ///
     /// # Errors
     /// The database failed.
@@ -294,7 +294,7 @@ impl Store {
         }
     }
 
-    /// What waits to be told.
+    /// The waiting webhooks.
     ///
     /// # Errors
     /// The database failed.
@@ -305,7 +305,7 @@ impl Store {
         )
         .fetch_one(&self.readers)
         .await
-        .doing("counting webhooks that wait")?;
+        .doing("counting the waiting webhooks")?;
         Ok(DeliveriesWaiting { count: row.count, oldest: row.oldest })
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong beneath a statement.
+//! Faults of the database.
 
 use std::path::PathBuf;
 
@@ -6,20 +6,20 @@ use thiserror::Error;
 
 use super::{DamagedFile, StorageFault};
 
-/// The database could not do what it was asked.
+/// The database could not do its work.
 #[derive(Debug, Error)]
 pub enum StoreError {
-    /// The `SQLite` linked into the process has a known fault in its write-ahead log.
-    #[error("SQLite {found} is older than {needed}")]
+    /// The `SQLite` in this process has a known fault in its write-ahead log.
+    #[error("SQLite {found} is older than {needed}, the oldest accepted version")]
     TooOld {
-        /// Version linked.
+        /// Linked version.
         found: String,
-        /// Oldest accepted.
+        /// Oldest accepted version.
         needed: &'static str,
     },
-    /// The service that has the database is of another version.
+    /// The service that has the database has another version.
     #[error(
-        "the database is in form {found} and this version makes form {needed}; use the version that serves"
+        "the database is in form {found}, but this version makes form {needed}; use the version of the running service"
     )]
     OtherForm {
         /// Form of the database.
@@ -27,9 +27,9 @@ pub enum StoreError {
         /// Form of this version.
         needed: i64,
     },
-    /// A newer version has had the database.
+    /// A newer version has migrated the database.
     #[error(
-        "the database has schema {found}, which a newer trunnion made; this one knows schemas up to {ours}"
+        "the database has schema {found}, made by a newer trunnion; this version knows schemas up to {ours}"
     )]
     Newer {
         /// Schema of the database.
@@ -37,61 +37,61 @@ pub enum StoreError {
         /// Newest schema of this version.
         ours: i64,
     },
-    /// The database knows nothing, and there are files that only the one before it can name.
+    /// The database is empty, but there are files that only an earlier database can name.
     #[error(
-        "{} is not there or was never served from, but {files} stored files lie in {}, and without their database they would be \
-         removed; none was touched: put the database back, or move the files away to begin with nothing",
+        "{} is missing or was never in use, but {files} stored files are in {}; without their database they would be \
+         removed. No file was touched: restore the database, or move the files away to start with an empty service",
         database.display(), folder.display()
     )]
     Lost {
-        /// Where the database should be.
+        /// Path of the database.
         database: PathBuf,
-        /// Where the files are.
+        /// Folder of the files.
         folder: PathBuf,
-        /// How many they are.
+        /// Number of files.
         files: usize,
     },
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
-    /// The disk does not take or give what it should.
+    /// The disk does not read or write as it should.
     #[error("{fault}")]
     Storage {
-        /// What ails it.
+        /// The fault of the disk.
         fault: StorageFault,
-        /// What the database said.
+        /// The message of the database.
         source: sqlx::Error,
     },
     /// Every connection is taken, or another writer holds the lock for too long.
     #[error("the database is busy")]
     Busy(#[source] sqlx::Error),
-    /// A stored document does not read back.
-    #[error("{what} {key} does not read back: {source}")]
+    /// A stored document cannot be read.
+    #[error("{what} {key} cannot be read: {source}")]
     Unreadable {
         /// Kind of document.
         what: &'static str,
-        /// Which one.
+        /// Key of the document.
         key: String,
-        /// Why.
+        /// The reason.
         source: serde_json::Error,
     },
-    /// A stored document is not what was stored.
+    /// A stored document is damaged.
     #[error(transparent)]
     Damaged(DamagedFile),
-    /// The secret that was made at the first start is gone.
+    /// The secret that was created at the first start is missing.
     #[error("there is no secret to sign webhooks with")]
     NoSecret,
-    /// A statement failed otherwise.
+    /// A statement failed for another reason.
     #[error("while {doing}: {source}")]
     Statement {
-        /// What was being done.
+        /// The action that failed.
         doing: &'static str,
-        /// What the database said.
+        /// The message of the database.
         source: sqlx::Error,
     },
 }
 
-/// Names what was being done when a statement failed.
+/// Adds the name of the action to a failed statement.
 pub(super) trait Doing<T> {
     fn doing(self, what: &'static str) -> Result<T, StoreError>;
 }

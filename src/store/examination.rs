@@ -1,4 +1,4 @@
-//! A data directory examined: is the database sound, is every file there that a row names, is anything left over.
+//! Examines a data directory: whether the database is sound, whether every named file exists, and what is left over.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,16 +8,16 @@ use super::backup::digested;
 use super::stored_file::{is_folder, is_plain_file};
 use super::{AuditHead, DATABASE_NAME, DatabaseFile, Deep, Pace, Sha256Hex, StoreError};
 
-/// What was found in a database.
+/// The findings about a database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Examination {
     /// Version of the `SQLite` that read it.
     pub sqlite_version: String,
-    /// Its schema; none where no migration ever ran.
+    /// Schema of the database; `None` if no migration has run.
     pub schema: Option<i64>,
-    /// Faults of its structure.
+    /// Faults of the database's structure.
     pub structural_faults: Vec<String>,
-    /// Rows that refer to rows that are not there.
+    /// Rows that refer to missing rows.
     pub broken_references: u64,
     /// Jobs, machines and so on: rows of all tables.
     pub rows: u64,
@@ -25,39 +25,39 @@ pub struct Examination {
     pub was_served: bool,
     /// The files beside it.
     pub files: Files,
-    /// Ends of jobs that are still to be told, and those that were given up; none in schemas without them.
+    /// Webhooks that are waiting, and those that were given up; `None` in schemas without them.
     pub deliveries: Option<(u64, u64)>,
-    /// What reading every row has found; none where that was not asked.
+    /// The findings of reading every row; `None` if that was not requested.
     pub deep: Option<Deep>,
 }
 
-/// How much is looked at.
+/// The depth of an examination.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Depth {
-    /// Every file is read through.
+    /// Whether every file is read.
     pub files: bool,
-    /// Every row is.
+    /// Whether every row is read.
     pub rows: bool,
-    /// An entry of the audit log that is known from elsewhere.
+    /// An entry of the audit log that was recorded elsewhere.
     pub known_head: Option<AuditHead>,
 }
 
-/// What was found of the files beside a database.
+/// The findings about the files beside a database.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Files {
-    /// How many the database names.
+    /// Number of files that the database names.
     pub named: usize,
-    /// Those of them that are not there.
+    /// Named files that are missing.
     pub missing: Vec<Sha256Hex>,
-    /// Those whose bytes are others.
+    /// Files with other bytes.
     pub changed: Vec<PathBuf>,
     /// Files that no row names.
     pub orphans: usize,
-    /// Files that are not complete: of requests under way, or left over.
+    /// Incomplete files: of running requests, or left over.
     pub incomplete: usize,
 }
 
-/// Examines a data directory; with `digests` every file is read through.
+/// Examines a data directory; with `digests` every file is read.
 ///
 /// # Errors
 /// The database cannot be opened or read.
@@ -65,7 +65,7 @@ pub async fn examine(data_dir: &Path, digests: bool) -> Result<Examination, Stor
     examine_to(data_dir, &Depth { files: digests, ..Depth::default() }).await
 }
 
-/// Examines a data directory, so deep.
+/// Examines a data directory to this depth.
 ///
 /// # Errors
 /// The database cannot be opened or read.
@@ -85,7 +85,7 @@ pub async fn examine_to(data_dir: &Path, depth: &Depth) -> Result<Examination, S
     } else {
         None
     };
-    // Files first: what is named afterwards may have come meanwhile, and is not missed.
+    // Files are listed first: a file that is named afterwards may have come meanwhile, and is not missing.
     let there = files_below(&data_dir.join("blobs"));
     let named = file.named_blobs().await?;
     let deliveries = file.deliveries().await?;

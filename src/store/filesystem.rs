@@ -1,15 +1,15 @@
-//! Which file system a directory lies on. `SQLite`'s write-ahead log needs shared memory and locks that network file
-//! systems do not give: on one of them a database is lost sooner or later.
+//! The file system of a directory. `SQLite`'s write-ahead log needs shared memory and locks that network file systems
+//! do not provide: on such a file system a database is damaged sooner or later.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Makes a directory and those above it that are missing, and brings their names to the disk: without them nothing is found
-/// again that is synchronised below.
+/// Creates a directory and the missing ones above it, and brings their names to the disk: without their names,
+/// synchronised files below are not found again.
 ///
 /// # Errors
-/// One cannot be made, or its name not be synchronised.
+/// A directory cannot be created, or its name cannot be synchronised.
 pub fn make_directory(path: &Path) -> io::Result<()> {
     let above = |path: &Path| match path.parent() {
         Some(parent) if parent != Path::new("") => parent.to_owned(),
@@ -20,7 +20,7 @@ pub fn make_directory(path: &Path) -> io::Result<()> {
     path.ancestors().take(missing).try_for_each(|folder| File::open(above(folder))?.sync_all())
 }
 
-/// A mount of a file system that lies on another computer.
+/// A mounted file system of another computer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkMount {
     /// Where it is mounted.
@@ -29,14 +29,14 @@ pub struct NetworkMount {
     pub kind: String,
 }
 
-/// Kinds whose files lie on another computer. Shares of a host with its virtual machines (9p, virtiofs) are left out:
-/// containers have their own root on them.
+/// File systems whose files are on another computer. Shares of a host with its virtual machines (9p, virtiofs) are
+/// left out: containers have their own root on them.
 const NETWORK: &[&str] = &[
     "afs", "beegfs", "ceph", "cifs", "coda", "davfs", "gpfs", "lustre", "ncpfs", "nfs", "nfs4", "orangefs",
     "pvfs2", "smb3", "smbfs",
 ];
 
-/// The same where a process of the user's stands between: `fuse.<kind>`.
+/// The same if a user process mounts it: `fuse.<kind>`.
 const NETWORK_FUSE: &[&str] = &[
     "ceph",
     "curlftpfs",
@@ -53,8 +53,8 @@ const NETWORK_FUSE: &[&str] = &[
     "sshfs",
 ];
 
-/// The mount that `directory` (absolute, links followed) lies on and its kind; `mounts` is the text of `/proc/mounts`. Of
-/// several mounts the innermost counts, of two in one place the later.
+/// The mount of `directory` (absolute, links followed) and its kind; `mounts` is the text of `/proc/mounts`. Of
+/// several mounts the innermost is used, of two in one place the later.
 #[must_use]
 pub fn mount_kind<'a>(mounts: &'a str, directory: &Path) -> Option<(PathBuf, &'a str)> {
     let mut innermost: Option<(PathBuf, &str)> = None;
@@ -74,7 +74,7 @@ pub fn mount_kind<'a>(mounts: &'a str, directory: &Path) -> Option<(PathBuf, &'a
     innermost
 }
 
-/// The network mount that `directory` lies on, if it does.
+/// The network mount of `directory`, if it is on one.
 #[must_use]
 pub fn network_mount(mounts: &str, directory: &Path) -> Option<NetworkMount> {
     let (at, kind) = mount_kind(mounts, directory)?;
@@ -85,7 +85,7 @@ pub fn network_mount(mounts: &str, directory: &Path) -> Option<NetworkMount> {
     remote.then(|| NetworkMount { at, kind: kind.to_owned() })
 }
 
-/// A path as it is: the table writes blanks, tabs, line ends and backslashes as three octal digits.
+/// A path without escapes: the table writes blanks, tabs, line ends and backslashes as three octal digits.
 fn unescaped(text: &str) -> String {
     let mut path = String::with_capacity(text.len());
     let mut parts = text.split('\\');

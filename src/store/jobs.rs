@@ -1,4 +1,4 @@
-//! Jobs: what was computed on which machine from which bytes, and the keys under which it was asked for.
+//! Jobs: the computation, its machine and its bytes, and the idempotency keys of their requests.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -14,55 +14,55 @@ pub use crate::wire::JobState;
 /// A job as it is stored, its report still as text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JobRow {
-    /// What clients see.
+    /// The job for clients.
     pub document: JobDocument,
-    /// Name of the uploaded file, or of a stand-in.
+    /// Name of the uploaded file, or a default name.
     pub file_name: String,
-    /// The report as it was first answered.
+    /// The report as first answered.
     pub report: Option<String>,
-    /// Its digest.
+    /// Digest of the report.
     pub report_sha256: Option<String>,
-    /// The trace that it belongs to, as `traceparent` has it.
+    /// The trace that the job belongs to, in the form of `traceparent`.
     pub traceparent: Option<String>,
-    /// Motions of a compensated program that were looked at.
+    /// Number of motions that were checked in a compensated program.
     pub motions_checked: Option<i64>,
-    /// What it was accepted with beside its parameters, as JSON text.
+    /// Data that it was accepted with beside its parameters, as JSON text.
     pub accepted: Option<String>,
 }
 
-/// A job that has succeeded and is about to be stored.
+/// A successful job that is about to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewJob {
-    /// What clients will see.
+    /// The job for clients.
     pub document: JobDocument,
-    /// Name of the uploaded file, or of a stand-in.
+    /// Name of the uploaded file, or a default name.
     pub file_name: String,
     /// The report.
     pub report: String,
-    /// Its digest.
+    /// Digest of the report.
     pub report_sha256: String,
-    /// The steps that changed the program, separated by commas; none where the operation has no steps.
+    /// The steps that changed the program, separated by commas; `None` if the operation has no steps.
     pub steps: Option<String>,
-    /// Motions of a compensated program that were looked at.
+    /// Number of motions that were checked in a compensated program.
     pub motions_checked: Option<i64>,
 }
 
-/// Which jobs are wanted.
+/// Filter of the jobs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct JobFilter {
-    /// Of this machine.
+    /// Only jobs of this machine.
     pub machine_id: Option<String>,
-    /// In this state.
+    /// Only jobs in this state.
     pub state: Option<JobState>,
-    /// With this id of the client's own.
+    /// Only jobs with this client id.
     pub external_id: Option<String>,
-    /// That compute this.
+    /// Only jobs with this operation.
     pub operation: Option<JobOperation>,
-    /// Asked for then or later.
+    /// Only jobs created at this time or later.
     pub created_after: Option<String>,
-    /// Asked for earlier.
+    /// Only jobs created before this time.
     pub created_before: Option<String>,
-    /// Of any of these machines, where there is a list.
+    /// Only jobs of these machines, if there is a list.
     pub machines: Option<BTreeSet<String>>,
 }
 
@@ -206,8 +206,8 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// Stores a job together with the key it was asked under, and drops the keys that are too old. `false` when the
-    /// key was used in the meantime, in which case nothing is stored.
+    /// Stores a job together with the idempotency key of its request, and removes keys that are too old. `false` if
+    /// the key was used in the meantime; nothing is stored then.
     ///
     /// # Errors
     /// The database failed.
@@ -259,8 +259,8 @@ impl Store {
         unless_key_taken(added)
     }
 
-    /// The steps that made a program of this digest out of another one, on any of these machines where there is a list; each job's
-    /// separated by commas.
+    /// The steps that made a program with this digest from another program, on any of these machines if there is a
+    /// list; the steps of each job are separated by commas.
     ///
     /// # Errors
     /// The database failed.

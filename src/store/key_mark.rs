@@ -1,4 +1,4 @@
-//! A file that changes whenever another process has changed the API keys, so that the service that runs can tell
+//! A file that changes whenever another process has changed the API keys, so that a running service notices it
 //! without asking the database at every request.
 
 use std::io;
@@ -8,12 +8,11 @@ use std::time::Duration;
 
 const FILE: &str = "keys.changed";
 
-/// How long what was seen of the mark is trusted without another look: at a full load of small calls a look at each was
-/// a twentieth of their cost. Whoever changes the keys comes back only after so long, so that all that is asked of the
-/// service from then on sees the change.
+/// How long a check of the mark is valid: at a full load of small calls, a check at each call took a twentieth of the
+/// time. A command that changes the keys returns only after this time, so that every later request sees the change.
 pub const KEY_MARK_TRUSTED: Duration = Duration::from_millis(1);
 
-/// Which state of the file was seen; equal ones mean that nothing has changed.
+/// The state of the file at a check; equal states mean that nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyMark {
     inode: u64,
@@ -23,13 +22,13 @@ pub struct KeyMark {
 }
 
 impl KeyMark {
-    /// Where the file of this data directory is.
+    /// Path of the file in this data directory.
     #[must_use]
     pub fn place(directory: &Path) -> PathBuf {
         directory.join(FILE)
     }
 
-    /// The file at this place as it is now; none where there is none.
+    /// The present file at this path; `None` if there is none.
     #[must_use]
     pub fn at(place: &Path) -> Option<Self> {
         let file = std::fs::metadata(place).ok()?;
@@ -42,14 +41,14 @@ impl KeyMark {
     }
 }
 
-/// Says that the keys have changed, and waits until a service that runs has taken its next look. `turn` is a text never
-/// used before.
+/// Marks that the keys have changed, and waits until a running service has made its next check. `turn` is a text that
+/// was never used before.
 ///
 /// # Errors
 /// The file cannot be written.
 pub fn mark_key_change(directory: &Path, turn: &str) -> io::Result<()> {
     let file = tempfile::NamedTempFile::new_in(directory)?;
-    // The inode of the last file is not free before this one has its own.
+    // The inode of the last file is not free before this file has its own.
     std::fs::write(file.path(), turn)?;
     file.persist(KeyMark::place(directory)).map_err(|fault| fault.error)?;
     std::thread::sleep(KEY_MARK_TRUSTED);

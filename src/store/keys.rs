@@ -1,4 +1,4 @@
-//! Idempotency keys: what a request was answered with the first time.
+//! Idempotency keys: the first answers to their requests.
 
 use sqlx::error::ErrorKind;
 use sqlx::sqlite::SqliteConnection;
@@ -7,38 +7,38 @@ use super::error::Doing;
 use super::{CalibrationRow, JobRow, Revision, Store, StoreError};
 use crate::wire::WearEntry;
 
-/// An idempotency key and what it is used for.
+/// An idempotency key and its use.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeyUse {
     /// The client's key.
     pub key: String,
     /// Digest of method, path, query and body.
     pub fingerprint: String,
-    /// Uses before this time are forgotten.
+    /// Uses before this time are not remembered.
     pub since: String,
-    /// Uses after this time were stored under a clock that was ahead, and are held to be of this time.
+    /// Uses after this time were stored while the clock was ahead; they count as uses at this time.
     pub farthest: String,
-    /// It is kept as used at this time, or at the time of what answers it if that is later: a clock that is set right
-    /// again does not make it old.
+    /// The use is stored with this time, or with the time of its answer if that is later: a clock that is corrected
+    /// does not make it old.
     pub not_before: String,
 }
 
-/// What is known of an idempotency key.
+/// What is remembered of an idempotency key.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remembered {
-    /// It was used for the same request, which this job answered.
+    /// The same request, answered by this job.
     Job(Box<JobRow>),
-    /// It was used for the same request, which this calibration answered.
+    /// The same request, answered by this calibration.
     Calibration(Box<CalibrationRow>),
-    /// It was used for the same request, which made this revision.
+    /// The same request, which made this revision.
     Revision(Box<Revision>),
-    /// It was used for the same request, which stored these wear entries.
+    /// The same request, which stored these wear entries.
     Wear(Vec<WearEntry>),
-    /// It was used for another request.
+    /// Another request.
     Other,
 }
 
-/// What a key comes to stand for.
+/// The answer that a key belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Answer<'a> {
     Job(&'a str),
@@ -48,7 +48,7 @@ pub(super) enum Answer<'a> {
     Wear(&'a str),
 }
 
-/// Keeps a key inside the transaction that stores its answer, and drops those that are too old.
+/// Stores a key inside the transaction that stores its answer, and removes keys that are too old.
 pub(super) async fn keep_key(
     connection: &mut SqliteConnection,
     used: Option<&KeyUse>,
@@ -82,7 +82,7 @@ pub(super) async fn keep_key(
     Ok(())
 }
 
-/// Drops the keys used before `since`; one that is stored as used after `farthest` is kept as used then.
+/// Removes the keys used before `since`; a key stored as used after `farthest` counts as used then.
 pub(super) async fn forget_keys(
     connection: &mut SqliteConnection,
     since: &str,
@@ -97,8 +97,8 @@ pub(super) async fn forget_keys(
     Ok(())
 }
 
-/// Whether a thing with a new id was stored; `false` when its key was used in the meantime. Ids are ours and new, so
-/// only the key can be there already.
+/// Whether a row with a new id was stored; `false` if its key was used in the meantime. Ids are new, so only the key
+/// can already exist.
 pub(super) fn unless_key_taken(stored: Result<(), StoreError>) -> Result<bool, StoreError> {
     match stored {
         Ok(()) => Ok(true),
@@ -112,7 +112,7 @@ pub(super) fn unless_key_taken(stored: Result<(), StoreError>) -> Result<bool, S
 }
 
 impl Store {
-    /// What is known of an idempotency key.
+    /// What is remembered of an idempotency key.
     ///
     /// # Errors
     /// The database failed.

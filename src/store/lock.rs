@@ -5,24 +5,27 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Why the directory could not be taken.
+/// Why the directory could not be locked.
 #[derive(Debug, Error)]
 pub enum LockFault {
     /// Another process has it.
-    #[error("another trunnion uses the data directory {0}")]
+    #[error(
+        "another trunnion uses the data directory {0}; stop it first, or name another directory with --data-dir"
+    )]
     Taken(PathBuf),
     /// The lock file could not be opened or locked.
     #[error("the lock file {path} cannot be used: {source}")]
     Unusable {
         /// Path of the lock file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
 }
 
-/// Held as long as the process uses the directory; the system frees it when the process ends in any way. Two locks: of a file, as
-/// earlier versions take it, and of the directory itself, which stays locked when somebody removes the file.
+/// Held as long as the process uses the directory; the system releases it when the process ends in any way. There are
+/// two locks: one of a file, as earlier versions use, and one of the directory itself, which stays locked if the file
+/// is removed.
 #[derive(Debug)]
 pub struct DirectoryLock {
     _file: File,
@@ -30,7 +33,7 @@ pub struct DirectoryLock {
 }
 
 impl DirectoryLock {
-    /// Whether another process has the directory; the locks are only looked at.
+    /// Whether another process has the directory; the locks are only checked.
     #[must_use]
     pub fn is_taken(directory: &Path) -> bool {
         [directory.join(FILE), directory.to_owned()].iter().any(|path| {
@@ -38,7 +41,7 @@ impl DirectoryLock {
         })
     }
 
-    /// Takes the directory.
+    /// Locks the directory.
     ///
     /// # Errors
     /// Another process has it, or the lock file cannot be used.
@@ -52,7 +55,7 @@ impl DirectoryLock {
             let path = path.to_owned();
             move |source| LockFault::Unusable { path, source }
         };
-        // The directory first: whoever meets a service whose file was removed leaves no new file behind.
+        // The directory first: a process that meets a service whose file was removed leaves no new file.
         let opened = File::open(directory).map_err(unusable(directory))?;
         let opened = locked(opened, directory)?;
         let path = directory.join(FILE);

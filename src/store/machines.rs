@@ -18,37 +18,37 @@ pub struct Revision {
     pub document: MachineDocument,
     /// SHA-256 of the normalised profile.
     pub sha256: String,
-    /// The calibration whose errors it carries, where it comes from one.
+    /// The calibration that its errors come from, if there is one.
     pub calibration_id: Option<String>,
 }
 
 impl Revision {
-    /// Whether the caller's belief fits.
+    /// Whether the caller's condition is met.
     #[must_use]
     pub fn fits(&self, expected: &Expected) -> bool {
         RevisionHead { revision: self.document.revision, sha256: self.sha256.clone() }.fits(expected)
     }
 }
 
-/// A profile about to be stored.
+/// A profile that is about to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewRevision {
     /// The machine.
     pub machine_id: String,
     /// The profile, normalised.
     pub profile: MachineProfile,
-    /// Its digest.
+    /// Digest of the profile.
     pub sha256: String,
-    /// The calibration whose errors it carries, where it comes from one.
+    /// The calibration that its errors come from, if there is one.
     pub calibration_id: Option<String>,
-    /// Now.
+    /// The present time.
     pub created_at: String,
 }
 
-/// What a put did.
+/// The result of a put.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PutOutcome {
-    /// A machine that was not there.
+    /// A new machine.
     Created(Revision),
     /// A new revision, or the same one when the profile is the same.
     Replaced(Revision),
@@ -98,7 +98,7 @@ impl Store {
         row.map(|row| row.read(self)).transpose()
     }
 
-    /// One revision of a machine, also of a deleted one.
+    /// One revision of a machine; the machine may be deleted.
     ///
     /// # Errors
     /// The database failed.
@@ -120,7 +120,7 @@ impl Store {
         row.map(|row| row.read(self)).transpose()
     }
 
-    /// A page of machines at their current revisions, newest machine first; of these only, where there is a list.
+    /// A page of machines at their current revisions, newest machine first; only these machines, if there is a list.
     ///
     /// # Errors
     /// The database failed.
@@ -160,7 +160,7 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// A page of the revisions of a machine, newest first; `None` when there never was such a machine.
+    /// A page of the revisions of a machine, newest first; `None` if there never was such a machine.
     ///
     /// # Errors
     /// The database failed.
@@ -201,10 +201,10 @@ impl Store {
         Ok(count == 0)
     }
 
-    /// Stores a profile: a new machine, a new revision, or nothing where it is the current one.
+    /// Stores a profile: a new machine, a new revision, or nothing if it is the current one.
     ///
     /// # Errors
-    /// The database failed; inside, the reason why the caller's belief does not fit.
+    /// The database failed; the inner error is the condition that is not met.
     pub async fn put_machine(
         &self,
         new: NewRevision,
@@ -241,7 +241,7 @@ impl Store {
                             if let Err(stale) = head.admits(expected.as_ref()) {
                                 return Ok(Err(stale));
                             }
-                            // What was altered since it was stored is stored anew.
+                            // A profile that was altered in the database is stored again.
                             if head.sha256 == digest && sha256_hex(current.profile.as_bytes()) == digest {
                                 let answer = Answer::Revision(&id, head.revision);
                                 keep_key(connection, used.as_ref(), answer, &created_at).await?;
@@ -289,7 +289,7 @@ impl Store {
             Err(StoreError::Statement { source: sqlx::Error::RowNotFound, .. }) => {
                 return Ok(Err(Stale::Missing));
             }
-            // Machines and revisions are looked up under the same lock, so only the key can be there already.
+            // Machines and revisions are checked under the same lock, so only the key can already exist.
             Err(StoreError::Statement { source: sqlx::Error::Database(fault), .. })
                 if fault.kind() == ErrorKind::UniqueViolation =>
             {
@@ -304,10 +304,10 @@ impl Store {
         }))
     }
 
-    /// Takes a machine out of the list, and its tools out of theirs. Their revisions stay, for the jobs that name them.
+    /// Deletes a machine and its tools. Their revisions stay for the jobs that name them.
     ///
     /// # Errors
-    /// The database failed; inside, the reason why the caller's belief does not fit.
+    /// The database failed; the inner error is the condition that is not met.
     pub async fn delete_machine(
         &self,
         machine_id: &str,
@@ -350,7 +350,7 @@ impl Store {
     }
 }
 
-/// A list of machines as the JSON array that a statement reads; null where all are meant.
+/// A list of machines as the JSON array that a statement reads; null for all machines.
 pub(super) fn as_array(machines: Option<&BTreeSet<String>>) -> Option<String> {
     machines.map(|machines| machines.iter().cloned().collect::<serde_json::Value>().to_string())
 }

@@ -1,6 +1,6 @@
-//! Which jobs are computed at this moment, for the next process should this one die: a small file for each, made before the
-//! computation and removed after it. The files outlive the process and need not outlive the computer: what died with the
-//! computer was not ended by a job.
+//! Marks of the running jobs, for the next process if this one dies: a small file for each, written before the
+//! computation and removed after it. The files survive the process but need not survive the computer: if the computer
+//! died, no job was the cause.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,19 +12,19 @@ use super::BlobFault;
 
 /// Folder of the marks in the data directory.
 const FOLDER: &str = "computing";
-/// Where Linux says which start of the computer this is.
+/// File in which Linux identifies this start of the computer.
 const BOOT_ID: &str = "/proc/sys/kernel/random/boot_id";
-/// What is written of a job beside which nothing is computed.
+/// Content of the mark of a job that is computed alone.
 const ALONE: &str = "alone";
-/// What is written of any other.
+/// Content of any other mark.
 const BESIDE: &str = "beside";
 
-/// Jobs that were computed when the process died.
+/// Jobs that were running when the process died.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Died {
-    /// Beside others.
+    /// Jobs that ran beside others.
     pub beside: BTreeSet<String>,
-    /// Alone.
+    /// Jobs that ran alone.
     pub alone: BTreeSet<String>,
 }
 
@@ -35,16 +35,17 @@ pub struct Marks(Arc<Folder>);
 #[derive(Debug)]
 struct Folder {
     path: PathBuf,
-    /// This start of the computer; empty where the system does not tell it.
+    /// This start of the computer; empty if the system does not report it.
     boot: String,
 }
 
-/// A job that is computed, as long as this lives.
+/// A running job, as long as this lives.
 #[derive(Debug)]
 pub struct Mark(PathBuf);
 
 impl Marks {
-    /// Reads the marks that a process left, removes them and gives the jobs that it was computing when it died. Only for the start.
+    /// Reads and removes the marks of an earlier process, and returns the jobs that it was computing when it died.
+    /// Only for the start.
     ///
     /// # Errors
     /// The folder cannot be made, read or cleared.
@@ -59,7 +60,7 @@ impl Marks {
         let mut died = Died::default();
         for entry in fs::read_dir(&path).map_err(BlobFault::at("reading", &path))? {
             let mark = entry.map_err(BlobFault::at("reading", &path))?.path();
-            // One that cannot be read blames nobody.
+            // An unreadable mark blames no job.
             let text = fs::read_to_string(&mark).unwrap_or_default();
             fs::remove_file(&mark).map_err(BlobFault::at("removing", &mark))?;
             let Some(id) = mark.file_name().and_then(|name| name.to_str()) else { continue };
@@ -72,7 +73,7 @@ impl Marks {
         Ok((Self(Arc::new(Folder { path, boot: boot.to_owned() })), died))
     }
 
-    /// From now on this job is computed.
+    /// Marks this job as running.
     ///
     /// # Errors
     /// The mark cannot be written.
@@ -82,7 +83,7 @@ impl Marks {
         Ok(Mark(path))
     }
 
-    /// It is not alone any more. One that has ended is not marked again.
+    /// Marks that the job is not alone any more. A job that has ended is not marked again.
     ///
     /// # Errors
     /// The mark cannot be written.
@@ -99,7 +100,7 @@ impl Marks {
 impl Drop for Mark {
     fn drop(&mut self) {
         if let Err(fault) = fs::remove_file(&self.0) {
-            tracing::warn!(error = %fault, "the mark of a job that is not computed any more stays");
+            tracing::warn!(error = %fault, "the mark of an ended job cannot be removed");
         }
     }
 }

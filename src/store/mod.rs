@@ -1,4 +1,4 @@
-//! All SQL, and the files beside it. Nothing else names the database.
+//! All SQL, and the files beside the database. No other module uses the database.
 
 mod api_keys;
 mod audit;

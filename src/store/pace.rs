@@ -1,4 +1,4 @@
-//! How fast what is stored is read through.
+//! The speed at which stored data is read for checks.
 
 use std::time::Duration;
 
@@ -6,13 +6,13 @@ use tokio_util::sync::CancellationToken;
 
 use crate::meter;
 
-/// Time between two looks whether computations wait.
+/// Time between two checks of whether computations wait.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How fast to read, and until when.
+/// The speed of reading, and its end.
 #[derive(Debug, Clone)]
 pub struct Pace {
-    /// Bytes a second; none where nobody is in the way.
+    /// Bytes per second; `None` for no limit.
     bytes_per_s: Option<f64>,
     stop: CancellationToken,
 }
@@ -24,7 +24,7 @@ impl Pace {
         Self { bytes_per_s: None, stop: CancellationToken::new() }
     }
 
-    /// No faster than this, not while computations wait, and no longer than `stop` lets it.
+    /// At most this fast, not while computations wait, and no longer than `stop` allows.
     #[must_use]
     pub fn within(bytes_per_s: f64, stop: CancellationToken) -> Self {
         Self { bytes_per_s: Some(bytes_per_s.max(1.0)), stop }
@@ -36,7 +36,7 @@ impl Pace {
         self.stop.is_cancelled()
     }
 
-    /// So many bytes were read: returns when more may be.
+    /// Counts bytes that were read, and returns when more may be read.
     pub(super) async fn spend(&self, bytes: u64) {
         let Some(pause) = self.pause(bytes) else { return };
         tokio::select! {
@@ -50,7 +50,7 @@ impl Pace {
         }
     }
 
-    /// The same, on a thread that may block.
+    /// The same on a thread that may block.
     pub fn spend_blocking(&self, bytes: u64) {
         let Some(mut pause) = self.pause(bytes) else { return };
         while !self.is_over() && (!pause.is_zero() || meter::WAITING.get() > 0) {

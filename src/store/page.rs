@@ -5,16 +5,16 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-/// Where a page begins: before the row with this sequence number. Opaque to clients.
+/// Start of a page: before the row with this sequence number. Opaque to clients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cursor(pub(super) i64);
 
-/// A cursor that this service never gave.
+/// The cursor did not come from this service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("not a cursor of this list")]
+#[error("not a cursor of this list; use next_cursor of the previous page")]
 pub struct CursorFault;
 
-/// Spread over the number, so that cursors do not invite arithmetic.
+/// Hides the number, so that clients do not calculate with cursors.
 const VEIL: u64 = 0x5bd1_e995_9e37_79b9;
 
 impl fmt::Display for Cursor {
@@ -44,12 +44,12 @@ impl FromStr for Cursor {
 pub struct Page<T> {
     /// The rows, newest first.
     pub items: Vec<T>,
-    /// Where the next page begins, if there is one.
+    /// Start of the next page, if there is one.
     pub next: Option<Cursor>,
 }
 
 impl<T> Page<T> {
-    /// A page of at most `limit` of `rows`, of which one more than that was asked for.
+    /// A page of at most `limit` rows; `rows` contains one more if there is a next page.
     pub(super) fn cut(mut rows: Vec<(i64, T)>, limit: u32) -> Self {
         let limit = limit as usize;
         let more = rows.len() > limit;

@@ -1,28 +1,29 @@
-//! Rights of a data directory: its user's alone. The database holds the secret that signs webhooks, readable.
+//! Permissions of a data directory: only for its user. The database contains the secret that signs webhooks in clear
+//! text.
 
 use std::fs::{self, Permissions};
 use std::io;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// What the group and others may do with a file.
+/// Permissions of the group and of others.
 const OF_OTHERS: u32 = 0o077;
 
-/// What came of taking rights away.
+/// The result of removing permissions.
 #[derive(Debug, Default)]
 pub struct Tightened {
-    /// How many files and folders others could read or change, and cannot any more.
+    /// Number of files and folders that others could read or change before.
     pub changed: usize,
-    /// Those that still are as they were, and why.
+    /// Files that are unchanged, with the reason.
     pub left: Vec<(PathBuf, io::Error)>,
 }
 
-/// Takes the rights of the group and of others from a data directory and what lies directly in it; from everything below
-/// too, where the directory or a folder in it was open to them. Links are not followed.
+/// Removes the permissions of the group and of others from a data directory and from its direct content; also from
+/// everything below, if the directory or a folder in it was open to them. Links are not followed.
 #[must_use]
 pub fn make_private(data_dir: &Path) -> Tightened {
     let mut tightened = Tightened::default();
-    // The directory itself may be named by a link.
+    // The path of the directory itself may be a link.
     let Ok(whole) = data_dir.canonicalize() else { return tightened };
     let was_open = tightened.take_from(&whole);
     for path in entries(&whole) {
@@ -36,7 +37,7 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 }
 
 impl Tightened {
-    /// Whether others had rights to it.
+    /// Whether others had permissions.
     fn take_from(&mut self, path: &Path) -> bool {
         let Ok(found) = path.symlink_metadata() else { return false };
         let mode = found.permissions().mode() & 0o7777;
@@ -45,7 +46,7 @@ impl Tightened {
         }
         match fs::set_permissions(path, Permissions::from_mode(mode & !OF_OTHERS)) {
             Ok(()) => self.changed += 1,
-            // Gone since it was listed.
+            // It was removed after it was listed.
             Err(fault) if fault.kind() == io::ErrorKind::NotFound => {}
             Err(fault) => self.left.push((path.to_owned(), fault)),
         }

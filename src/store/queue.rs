@@ -1,6 +1,6 @@
-//! The queue of jobs: what is accepted waits here, is taken under a lease, and ends once. Everything that must be
-//! true at one moment happens in one transaction, so that another database can take this one's place statement by
-//! statement (`docs/architecture.md`).
+//! The queue of jobs: an accepted job waits here, is taken under a lease, and ends once. Everything that must be true
+//! at one moment happens in one transaction, so that another database can replace this one statement by statement
+//! (`docs/architecture.md`).
 
 use serde_json::Value;
 
@@ -12,32 +12,32 @@ use super::{JobRow, JobState, KeyUse, Store, StoreError};
 use crate::shares::{NoShare, Quota, Share, Who};
 use crate::wire::AuditAction;
 
-/// What became of a job that was to be queued.
+/// The result of queueing a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Enqueued {
-    /// It waits.
+    /// The job waits.
     Added,
     /// Its key was used in the meantime; nothing is stored.
     KeyTaken,
-    /// As many wait as may; nothing is stored.
+    /// The queue is full; nothing is stored.
     Full,
-    /// As many of this caller's wait as may; nothing is stored.
+    /// The caller holds its full share of the queue; nothing is stored.
     NoShare(NoShare),
 }
 
-/// Who asks for a job, and how many may wait.
+/// The caller of a job, and the limits of the queue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QueueRoom {
-    /// Of all callers.
+    /// Largest number for all callers.
     pub max_queued: usize,
-    /// The part of one caller.
+    /// The share of one caller.
     pub share: Share,
     /// The caller.
     pub caller: Who,
 }
 
 impl QueueRoom {
-    /// Whether one more of the caller's may wait beside so many, of which so many are its own.
+    /// Whether one more job of the caller may wait, if `waiting` jobs wait and `own` of them are its own.
     ///
     /// # Errors
     /// It may not.
@@ -54,9 +54,9 @@ impl QueueRoom {
 pub struct Claimed {
     /// The job.
     pub job: JobRow,
-    /// What its ending is signed with.
+    /// The lease that its ending must name.
     pub lease: String,
-    /// Who asked for it, where that is known.
+    /// The caller that requested it, if it is known.
     pub caller: Option<String>,
     /// Deaths of the process while it was computed beside others.
     pub deaths: i64,
@@ -73,73 +73,75 @@ impl Claimed {
 /// How a job ends.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Ending {
-    /// With a result, whose files are kept already.
+    /// With a result; its files are already kept.
     Succeeded {
         /// The report, as JSON text.
         report: String,
-        /// Its digest.
+        /// Digest of the report.
         report_sha256: String,
-        /// Digest of the program or the table it made.
+        /// Digest of the program or table.
         output_sha256: Option<String>,
         /// Digest of the table of changes.
         changes_sha256: Option<String>,
-        /// The steps that changed the program, separated by commas; none where the operation has no steps.
+        /// The steps that changed the program, separated by commas; `None` if the operation has no steps.
         steps: Option<String>,
-        /// Motions of a compensated program that were looked at.
+        /// Number of motions that were checked in a compensated program.
         motions_checked: Option<i64>,
     },
-    /// Without one.
+    /// Without a result.
     Failed {
-        /// Why: a problem document.
+        /// The reason: a problem document.
         problem: Value,
     },
 }
 
-/// What became of a job whose holder gave it back.
+/// The result of giving back a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GivenBack {
     /// It waits again, as if it had never been taken.
     Queued,
     /// Its client had cancelled it.
     Cancelled,
-    /// The lease was not valid any more.
+    /// The lease was no longer valid.
     Nothing,
 }
 
-/// What became of a job that was to be cancelled.
+/// The result of cancelling a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cancelling {
-    /// There is none.
+    /// There is no such job.
     Unknown,
-    /// It waited, and is cancelled now.
+    /// It was waiting and is now cancelled.
     Cancelled,
     /// It was cancelled before.
     Already,
-    /// It runs, and is cancelled as soon as it stops.
+    /// It is running, and is cancelled as soon as it stops.
     Requested,
-    /// It has ended otherwise.
+    /// It has ended in another way.
     Ended(JobState),
 }
 
-/// How much waits.
+/// The number of waiting and running jobs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct QueueDepth {
-    /// Jobs that wait.
+    /// Jobs that are waiting.
     pub queued: i64,
     /// Jobs that run.
     pub running: i64,
-    /// Since when the oldest of those that wait does.
+    /// Time since when the oldest waiting job has been waiting.
     pub oldest: Option<String>,
 }
 
-/// Deaths of the process that a job may meet beside others before it is computed alone: whose fault they were is not known.
+/// Number of deaths of the process beside others after which a job is computed alone: it is not known which job
+/// caused them.
 pub const DEATHS_BESIDE_OTHERS: i64 = 3;
 
-/// Turns after which a caller's is forgotten, so that the table does not grow with all who ever asked.
+/// Number of turns after which a caller's turn is removed, so that the table does not grow with every caller.
 const TURNS_REMEMBERED: i64 = 10_000;
 
 impl Store {
-    /// Queues a job together with the key it was asked under, unless there is no room for one more of its caller's.
+    /// Queues a job together with the idempotency key of its request, unless there is no room for one more job of its
+    /// caller.
     ///
     /// # Errors
     /// The database failed.
@@ -223,9 +225,9 @@ impl Store {
         .doing("looking for a job")
     }
 
-    /// Takes the next job: first what was computed when the process died, and of that what may be blamed least; then of the caller
-    /// that was served longest ago, and of its machines of the one that was, the job that waits longest. A caller of which
-    /// `most_of_caller` jobs run is passed over.
+    /// Takes the next job. First come jobs that were running when the process died, those with the fewest lone deaths
+    /// first. Then comes the caller that was served longest ago, among its machines the one that was served longest
+    /// ago, and there the job that has waited longest. A caller with `most_of_caller` running jobs is skipped.
     ///
     /// # Errors
     /// The database failed.
@@ -272,7 +274,7 @@ impl Store {
                         )
                         .execute(&mut *connection)
                         .await?;
-                        // Whoever was served so long ago is first anyway.
+                        // A caller that was served so long ago is first anyway.
                         sqlx::query!(
                             "DELETE FROM caller_turns WHERE turn <= (SELECT max(turn) FROM caller_turns) - ?",
                             TURNS_REMEMBERED
@@ -302,7 +304,8 @@ impl Store {
         taken.map(claimed).transpose()
     }
 
-    /// Ends a job. `false` when the lease is not valid any more, or the client has cancelled: give it back then.
+    /// Ends a job. `false` if the lease is no longer valid, or if the client has cancelled the job: give it back
+    /// then.
     ///
     /// # Errors
     /// The database failed.
@@ -364,8 +367,8 @@ impl Store {
         .await
     }
 
-    /// Gives a job back that is not computed to its end: it waits again and this attempt does not count, or it is
-    /// cancelled where its client wanted that.
+    /// Gives back a job that is not computed to its end: it waits again and this attempt does not count, or it is
+    /// cancelled if its client wants that.
     ///
     /// # Errors
     /// The database failed.
@@ -397,7 +400,7 @@ impl Store {
         })
     }
 
-    /// Cancels a job that waits, or asks for one that runs to be stopped.
+    /// Cancels a waiting job, or requests that a running one is stopped.
     ///
     /// # Errors
     /// The database failed.
@@ -432,7 +435,7 @@ impl Store {
                     "failed" => Cancelling::Ended(JobState::Failed),
                     _ => Cancelling::Ended(JobState::Succeeded),
                 };
-                // Asked for once more, nothing changes.
+                // A repeated request changes nothing.
                 if matches!(done, Cancelling::Cancelled | Cancelling::Requested) && job.cancel_requested == 0
                 {
                     let change = Change {
@@ -450,10 +453,10 @@ impl Store {
         .await
     }
 
-    /// Whether one more job of a caller's may wait.
+    /// Whether one more job of a caller may wait.
     ///
     /// # Errors
-    /// The database failed; within, that it may not.
+    /// The database failed; the inner error says that it may not.
     pub async fn queue_room(&self, room: &QueueRoom) -> Result<Result<(), NoShare>, StoreError> {
         let caller = room.caller.to_string();
         let waiting = sqlx::query!(
@@ -467,7 +470,7 @@ impl Store {
         Ok(room.check(waiting.all, waiting.own))
     }
 
-    /// How much waits and runs.
+    /// The number of waiting and running jobs.
     ///
     /// # Errors
     /// The database failed.

@@ -7,12 +7,12 @@ use sqlx::{Describe, Either, Error, Execute, Executor, SqlStr, Sqlite};
 
 use crate::meter;
 
-/// A pool that takes the time of what it is asked.
+/// A pool that measures the time of its queries.
 #[derive(Debug, Clone)]
 pub(super) struct Readers(SqlitePool);
 
 impl Readers {
-    /// Over these connections.
+    /// A pool over these connections.
     pub(super) fn new(pool: SqlitePool) -> Self {
         Self(pool)
     }
@@ -36,7 +36,7 @@ impl<'p> Executor<'p> for &'_ Readers {
     {
         let timed = meter::STORE_READS.begin();
         let rows = (&self.0).fetch_many(query);
-        // The time is held by the stream, and ends with it.
+        // The stream measures the time, which ends with it.
         rows.inspect(move |_row| {
             let _held = &timed;
         })

@@ -1,29 +1,29 @@
-//! The jobs that a process left behind when it died: each waits again, is cancelled, or is parked.
+//! The jobs that a process left when it died: each waits again, is cancelled, or is parked.
 
 use serde_json::Value;
 
 use super::machines::as_array;
 use super::{Died, Store, StoreError};
 
-/// Deaths while it is computed alone after which a job is held to be what kills the process. Some may still have come from outside: where
-/// a process lives for no longer than a job takes, each death meets it.
+/// Number of deaths while it was computed alone after which a job counts as the cause. Some deaths may still have
+/// come from outside: if a process lives no longer than a job takes, each death affects the job.
 const LONE_DEATHS: i64 = 5;
 
-/// What a process that died left behind.
+/// The jobs that a dead process left.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Recovered {
     /// Jobs that wait again.
     pub queued: u64,
-    /// Jobs that were computed alone at as many deaths of the process as are blamed on a job: failed.
+    /// Jobs that failed because the process died too often while they were computed alone.
     pub parked: Vec<String>,
     /// Jobs that their clients had cancelled.
     pub cancelled: Vec<String>,
 }
 
 impl Store {
-    /// Takes up the jobs that a process had taken before it died. A job that its client had cancelled is cancelled. A job that was
-    /// computed alone at as many deaths as are blamed on a job fails with `problem`. All others wait again. A death counts for the jobs
-    /// that were `computed` at that moment, and for no other. Only for the start.
+    /// Takes over the jobs that a process had taken before it died. A job that its client had cancelled is cancelled.
+    /// A job with too many deaths while it was computed alone fails with `problem`. All others wait again. A death
+    /// counts only for the jobs that were `computed` at that moment. Only for the start.
     ///
     /// # Errors
     /// The database failed.

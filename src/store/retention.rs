@@ -1,18 +1,18 @@
-//! Jobs that ended long ago go, and the files that only they named.
+//! Removes old jobs after their end, and the files that only they named.
 
 use super::audit::{Actor, Change, audit};
 use super::keys::forget_keys;
 use super::{Sha256Hex, Store, StoreError};
 use crate::wire::{AuditAction, AuditOrigin};
 
-/// Jobs removed in one transaction: others write in between.
+/// Jobs removed in one transaction: other transactions write in between.
 const REMOVED_AT_ONCE: i64 = 200;
 
 impl Store {
-    /// Removes some of the jobs that ended before `ended_before` and whose key, where they had one, was used before
-    /// `keys_since` (what is stored as used after `keys_farthest` counts as used then); one whose end is still to be told
-    /// stays. The audit log says that each went, at `now`. Gives the digests that the removed ones named, and none once there
-    /// is nothing left to remove.
+    /// Removes some of the jobs that ended before `ended_before` and whose idempotency key, if any, was used before
+    /// `keys_since`. A key stored as used after `keys_farthest` counts as used then. A job whose webhook still waits
+    /// stays. The audit log records each removal, at `now`. Returns the digests that the removed jobs named; `None`
+    /// when there is nothing left to remove.
     ///
     /// # Errors
     /// The database failed.

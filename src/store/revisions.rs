@@ -1,29 +1,29 @@
-//! What machines and tools have in common as things that are stored in revisions: what a caller believes of the current one.
+//! The common part of machines and tools with revisions: the condition of a caller about the current revision.
 
-/// What the caller believes is stored.
+/// The condition of a caller about the stored resource.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Expected {
-    /// Nothing; the thing is new.
+    /// It must not exist.
     Nothing,
     /// Any revision.
     Any,
     /// One of these entity tags' `(revision, sha256 prefix)`.
     OneOf(Vec<(i64, String)>),
-    /// Any revision but these.
+    /// Any revision except these.
     AnyBut(Vec<(i64, String)>),
 }
 
-/// Number and digest of a thing's current revision.
+/// Number and digest of the current revision.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RevisionHead {
     /// Current revision.
     pub revision: i64,
-    /// Its digest.
+    /// Digest of the revision.
     pub sha256: String,
 }
 
 impl RevisionHead {
-    /// Whether the caller's belief fits.
+    /// Whether the caller's condition is met.
     pub(super) fn fits(&self, expected: &Expected) -> bool {
         let is_of = |tags: &[(i64, String)]| {
             tags.iter().any(|(revision, prefix)| {
@@ -51,11 +51,11 @@ impl RevisionHead {
 /// Why nothing was changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stale {
-    /// The thing exists and the caller did not say which revision is meant.
+    /// The resource exists, and the caller did not state which revision it means.
     Unconditional,
-    /// The thing is at another revision.
+    /// The resource has another revision.
     Changed,
-    /// The thing does not exist.
+    /// The resource does not exist.
     Missing,
     /// The idempotency key was used in the meantime.
     KeyTaken,

@@ -1,4 +1,4 @@
-//! What is known to be damaged, for readiness and metrics: found when something was read, or by a scrub.
+//! The known damage, for readiness and metrics: found by a read, or by a scrub.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -6,10 +6,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::{DamagedFile, Sha256Hex};
 use crate::meter;
 
-/// Damaged things that are kept by name; further ones are only counted and logged.
+/// Damaged items that are kept by name; further ones are only counted and logged.
 const KEPT: usize = 1000;
 
-/// What was found and is not known to be well again.
+/// The damage that was found and is not known to be repaired.
 #[derive(Debug, Default)]
 pub struct Soundness(Mutex<Known>);
 
@@ -18,23 +18,23 @@ struct Known {
     damaged: BTreeMap<Sha256Hex, DamagedFile>,
     /// Findings of the last scrub, in words.
     findings: Vec<String>,
-    /// When it ended \[s since 1970\].
+    /// End of the last scrub \[s since 1970\].
     scrubbed_at_s: Option<i64>,
 }
 
-/// What is known, in numbers.
+/// The known damage in numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SoundnessReading {
     /// Files and reports that are known to be damaged.
     pub damaged: usize,
-    /// What the last scrub found besides.
+    /// Further findings of the last scrub.
     pub findings: usize,
-    /// When it ended \[s since 1970\]; none where none has ended in this process.
+    /// End of the last scrub \[s since 1970\]; `None` if no scrub has ended in this process.
     pub scrubbed_at_s: Option<i64>,
 }
 
 impl Soundness {
-    /// Something stored was found damaged.
+    /// Records a damaged item.
     pub fn damaged(&self, found: &DamagedFile) {
         meter::DAMAGED_FILES_MET.add(1);
         let mut known = self.known();
@@ -48,7 +48,7 @@ impl Soundness {
         tracing::error!(sha256 = found.sha256, "{found}");
     }
 
-    /// It was found sound, or is written anew.
+    /// Records that it was found sound, or was written again.
     pub fn sound(&self, sha256: &str) {
         let mut known = self.known();
         if !known.damaged.is_empty() && known.damaged.remove(sha256).is_some() {
@@ -56,7 +56,7 @@ impl Soundness {
         }
     }
 
-    /// A scrub has read everything: what it found stands in place of all that was known before.
+    /// A scrub has read everything: its findings replace everything that was known before.
     pub fn scrubbed(&self, damaged: &[DamagedFile], findings: Vec<String>, at_s: i64) {
         self.known().damaged.clear();
         for found in damaged {
@@ -66,7 +66,7 @@ impl Soundness {
         (known.findings, known.scrubbed_at_s) = (findings, Some(at_s));
     }
 
-    /// What is known.
+    /// The known damage.
     #[must_use]
     pub fn reading(&self) -> SoundnessReading {
         let Known { damaged, findings, scrubbed_at_s } = &*self.known();
@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(soundness.reading().damaged, KEPT);
         soundness.damaged(&missing(0));
         soundness.sound(&missing(0).sha256);
-        // The first that found no room is not known by name.
+        // The first damaged item beyond the limit is not known by name.
         soundness.sound(&missing(KEPT).sha256);
         assert_eq!(soundness.reading().damaged, KEPT - 1);
         soundness.scrubbed(&[missing(3)], vec!["a finding".to_owned()], 77);

@@ -1,30 +1,30 @@
-//! What lies in the disk and not in the request: it passes, or somebody has to see to it, and the same request may then
-//! be sent again.
+//! Faults of the disk, not of the request: they pass, or somebody must fix them, and then the same request may be
+//! sent again.
 
 use std::io;
 
 use rustix::io::Errno;
 use thiserror::Error;
 
-/// Why nothing can be stored at the moment.
+/// Why nothing can be stored at present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum StorageFault {
     /// No space is left.
     #[error("the disk is full")]
     Full,
-    /// The file system takes no writes: mounted so, or turned so by the system after a fault.
+    /// The file system accepts no writes: it was mounted so, or the system changed it after a fault.
     #[error("the disk is read-only")]
     ReadOnly,
     /// The disk answers with errors.
     #[error("the disk fails")]
     Failing,
-    /// The process or the system has as many files open as it may.
+    /// The process or the system has reached its limit of open files.
     #[error("too many files are open")]
     TooManyFiles,
 }
 
 impl StorageFault {
-    /// The fault behind an error of reading or writing; none where it is of another kind.
+    /// The fault of the disk in an I/O error; `None` for an error of another kind.
     #[must_use]
     pub fn of(error: &io::Error) -> Option<Self> {
         match error.kind() {
@@ -35,14 +35,15 @@ impl StorageFault {
         match Errno::from_io_error(error) {
             Some(Errno::MFILE | Errno::NFILE) => Some(Self::TooManyFiles),
             Some(Errno::IO) => Some(Self::Failing),
-            // Temporary files tell the kind alone; this one has no name and is the system's, never ours.
+            // Temporary files report only the kind; this file has no name and belongs to the system.
             None if error.kind() == io::Error::from(Errno::IO).kind() => Some(Self::Failing),
             _ => None,
         }
     }
 
-    /// Likewise behind a result code of `SQLite`, <https://www.sqlite.org/rescode.html>: 8 is `SQLITE_READONLY`, 10
-    /// `SQLITE_IOERR`, 13 `SQLITE_FULL`, 14 `SQLITE_CANTOPEN`; what is above the lowest byte says more of the same.
+    /// The fault of the disk in a result code of `SQLite`, <https://www.sqlite.org/rescode.html>: 8 is
+    /// `SQLITE_READONLY`, 10 `SQLITE_IOERR`, 13 `SQLITE_FULL`, 14 `SQLITE_CANTOPEN`; the bits above the lowest byte
+    /// give details.
     pub(super) fn of_sqlite(code: u32) -> Option<Self> {
         match code & 0xff {
             8 => Some(Self::ReadOnly),
@@ -73,7 +74,7 @@ mod tests {
             assert_eq!(StorageFault::of(&errno.into()), expected, "{errno}");
         }
         assert_eq!(StorageFault::of(&io::Error::other("ours")), None);
-        // As temporary files tell it: wrapped, with the file's name.
+        // In the form of temporary files: wrapped, with the file's name.
         let wrapped = |errno: Errno| io::Error::new(io::Error::from(errno).kind(), "in /spool/.tmp");
         assert_eq!(StorageFault::of(&wrapped(Errno::IO)), Some(StorageFault::Failing));
         assert_eq!(StorageFault::of(&wrapped(Errno::ROFS)), Some(StorageFault::ReadOnly));

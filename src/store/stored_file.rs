@@ -1,4 +1,4 @@
-//! A stored file as it is read back: opened without following links, and looked at before its bytes count.
+//! Reads a stored file: it is opened without following links, and verified before its bytes are used.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -17,26 +17,26 @@ use super::blobs::hex;
 /// Bytes read at a time.
 const READ_AT_ONCE: usize = 1 << 18;
 
-/// Something stored is not what was stored.
+/// Stored data is damaged.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("the stored {what} {sha256} {damage}; restore it from a backup and run `trunnion doctor`")]
 pub struct DamagedFile {
-    /// What it is.
+    /// The kind of the data.
     pub what: StoredThing,
-    /// The digest that it was stored under.
+    /// The digest under which it was stored.
     pub sha256: Sha256Hex,
-    /// What is wrong with it.
+    /// The damage.
     pub damage: Damage,
 }
 
-/// Kinds of what is stored under a digest.
+/// Kinds of data that are stored under a digest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoredThing {
-    /// A program, a surface or a table, as a file of its own.
+    /// A program, a surface or a table in a file of its own.
     File,
-    /// A report, in the database.
+    /// A report in the database.
     Report,
-    /// A document of the database, by this name.
+    /// A document of the database with this name.
     Document(String),
 }
 
@@ -50,16 +50,16 @@ impl std::fmt::Display for StoredThing {
     }
 }
 
-/// What is wrong with something stored.
+/// The damage of stored data.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum Damage {
-    /// It is gone.
+    /// It is missing.
     #[error("is missing")]
     Missing,
-    /// A link, a folder or a device stands in its place.
-    #[error("is no plain file any more, and links are not followed")]
+    /// A link, a folder or a device is in its place.
+    #[error("is not a regular file any more, and links are not followed")]
     NoPlainFile,
-    /// Its bytes are others.
+    /// Its bytes have changed.
     #[error("has changed: its {length} bytes now have the SHA-256 {sha256}")]
     Other {
         /// Length found \[bytes\].
@@ -67,12 +67,12 @@ pub enum Damage {
         /// Digest found.
         sha256: Sha256Hex,
     },
-    /// Somebody wrote to it between its verification and the end of its use.
+    /// It was written to between its verification and the end of its use.
     #[error("was written to while it was used")]
     WrittenTo,
 }
 
-/// How a file stands: whoever writes to it changes this. What becomes of its names does not.
+/// The state of a file: every write changes it, but renaming does not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileState {
     inode: (u64, u64),
@@ -84,7 +84,7 @@ impl FileState {
     /// The state of an open file.
     ///
     /// # Errors
-    /// The system does not tell.
+    /// The system does not report it.
     pub fn of(file: &File) -> io::Result<Self> {
         file.metadata().map(|found| Self::read(&found))
     }
@@ -98,11 +98,11 @@ impl FileState {
     }
 }
 
-/// Opens a plain file below `root`, folder by folder, following no link. To open a pipe would be to wait for who writes to it,
-/// so it is not waited.
+/// Opens a regular file below `root`, folder by folder, without following links. It does not wait: opening a pipe
+/// would otherwise wait for its writer.
 ///
 /// # Errors
-/// It is not there (`NotFound`), something else stands in its place ([`is_no_plain_file`]), or it cannot be opened.
+/// The file is missing (`NotFound`), something else is in its place ([`is_no_plain_file`]), or it cannot be opened.
 pub(super) fn open_below(root: &Path, folders: &[&str], name: &str) -> io::Result<File> {
     let (directory, plain) = (OFlags::DIRECTORY, OFlags::NONBLOCK);
     let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::CLOEXEC;
@@ -114,22 +114,22 @@ pub(super) fn open_below(root: &Path, folders: &[&str], name: &str) -> io::Resul
     if file.metadata()?.is_file() { Ok(file) } else { Err(Errno::LOOP.into()) }
 }
 
-/// Whether a file could not be opened because a link, a folder or a device stands in its place.
+/// Whether a file could not be opened because a link, a folder or a device is in its place.
 pub(super) fn is_no_plain_file(fault: &io::Error) -> bool {
     matches!(Errno::from_io_error(fault), Some(Errno::LOOP | Errno::NOTDIR | Errno::NXIO | Errno::ISDIR))
 }
 
-/// Whether a path leads to a folder and not to a link.
+/// Whether a path leads to a folder, not to a link.
 pub(super) fn is_folder(path: &Path) -> bool {
     path.symlink_metadata().is_ok_and(|found| found.is_dir())
 }
 
-/// Whether a path leads to a plain file and not to a link.
+/// Whether a path leads to a regular file, not to a link.
 pub(super) fn is_plain_file(path: &Path) -> bool {
     path.symlink_metadata().is_ok_and(|found| found.is_file())
 }
 
-/// The digest of what was stored under `expected`, taken while it is read from its first byte to its last.
+/// Computes the digest of data that was stored under `expected`, while it is read from the first byte to the last.
 #[derive(Debug, Clone)]
 pub struct Verifying {
     expected: Sha256Hex,
@@ -138,28 +138,28 @@ pub struct Verifying {
 }
 
 impl Verifying {
-    /// Nothing read yet.
+    /// No bytes read yet.
     #[must_use]
     pub fn new(expected: &str) -> Self {
         Self { expected: expected.to_owned(), hasher: Sha256::new(), length: 0 }
     }
 
-    /// The digest that it was stored under.
+    /// The digest under which it was stored.
     #[must_use]
     pub fn expected(&self) -> &str {
         &self.expected
     }
 
-    /// The next bytes.
+    /// Takes the next bytes.
     pub fn take(&mut self, bytes: &[u8]) {
         self.hasher.update(bytes);
         self.length += bytes.len() as u64;
     }
 
-    /// Whether all bytes were what was stored.
+    /// Whether all bytes are as stored.
     ///
     /// # Errors
-    /// They were others.
+    /// They have changed.
     pub fn finish(self) -> Result<(), DamagedFile> {
         let Self { expected, hasher, length } = self;
         let sha256 = hex(&hasher.finalize());
@@ -174,11 +174,11 @@ impl Verifying {
     }
 }
 
-/// Reads a file to its end and compares its digest, then stands at its first byte again. Gives the state in which it was
-/// before the first byte was read.
+/// Reads a file to its end and compares its digest, then returns to its first byte. Returns the state from before the
+/// first byte was read.
 ///
 /// # Errors
-/// It cannot be read, or `each` has said so; or, inside, its bytes are others.
+/// It cannot be read, or `each` failed; the inner error says that its bytes have changed.
 pub(super) fn verify(
     file: &mut File,
     sha256: &str,
@@ -199,7 +199,7 @@ pub(super) fn verify(
     Ok(verifying.finish().map(|()| state))
 }
 
-/// Whether a text of the database is what was stored.
+/// Whether a text of the database is as stored.
 ///
 /// # Errors
 /// It has another digest.

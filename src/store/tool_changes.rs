@@ -1,4 +1,4 @@
-//! Changes of a machine's table of tools: a tool is stored, replaced or taken out.
+//! Changes of a machine's tool table: a tool is stored, replaced or deleted.
 
 use sqlx::sqlite::SqliteConnection;
 
@@ -6,23 +6,23 @@ use super::audit::{Actor, Change, audit};
 use super::{Expected, RevisionHead, Stale, Store, StoreError, ToolRevision, sha256_hex};
 use crate::wire::{AuditAction, TableTool, ToolDocument, path_segment, tool_name_key};
 
-/// A tool about to be stored.
+/// A tool that is about to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewTool {
     /// The machine.
     pub machine_id: String,
-    /// The client's name of the tool.
+    /// The tool's id, chosen by the client.
     pub tool_id: String,
     /// The tool, normalised.
     pub tool: TableTool,
-    /// Now.
+    /// The present time.
     pub created_at: String,
 }
 
-/// What a put did.
+/// The result of a put.
 #[derive(Debug, Clone, PartialEq)]
 pub enum PutTool {
-    /// A tool that was not in the table.
+    /// A new tool.
     Created(ToolRevision),
     /// A new revision, or the same one when the tool is the same.
     Replaced(ToolRevision),
@@ -31,26 +31,27 @@ pub enum PutTool {
 /// Why a tool was not stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ToolRefusal {
-    /// The caller's belief does not fit.
+    /// The caller's condition is not met.
     Stale(Stale),
-    /// The machine is not there.
+    /// The machine does not exist.
     NoMachine,
-    /// Programs already call other tools of the machine so.
+    /// Other tools of the machine already have this number or name.
     Taken {
         /// The tool that has the number.
         number: Option<String>,
         /// The tool that has the name.
         name: Option<String>,
     },
-    /// The machine has as many tools as it may have.
+    /// The machine has the largest allowed number of tools.
     Full {
-        /// How many it has.
+        /// Number of tools that it has.
         tools: u32,
     },
 }
 
 impl Store {
-    /// Stores a tool: a new one, a new revision, or nothing where it is the current one. A machine has at most `most` tools.
+    /// Stores a tool: a new one, a new revision, or nothing if it is the current one. A machine has at most `most`
+    /// tools.
     ///
     /// # Errors
     /// The database failed; inside, the reason why nothing was stored.
@@ -74,7 +75,7 @@ impl Store {
                     if let Err(stale) = current.admits(expected.as_ref()) {
                         return Ok(Err(ToolRefusal::Stale(stale)));
                     }
-                    // What was altered since it was stored is stored anew.
+                    // A tool that was altered in the database is stored again.
                     if current.sha256 == sha256 && found.is_sound {
                         let revision = current.revision;
                         return Ok(Ok(PutTool::Replaced(stored(new, revision, created_at.clone(), sha256))));
@@ -106,10 +107,11 @@ impl Store {
         .await
     }
 
-    /// Takes a tool out of its machine's table. Its revisions stay, for the reports that name them, and so do its wear entries.
+    /// Deletes a tool from its machine's table. Its revisions stay for the reports that name them, and so do its wear
+    /// entries.
     ///
     /// # Errors
-    /// The database failed; inside, the reason why the caller's belief does not fit.
+    /// The database failed; the inner error is the condition that is not met.
     pub async fn delete_tool(
         &self,
         machine_id: &str,
@@ -146,7 +148,7 @@ impl Store {
     }
 }
 
-/// Takes every tool of a machine out of its table, inside the transaction that deletes the machine.
+/// Deletes every tool of a machine, inside the transaction that deletes the machine.
 pub(super) async fn delete_tools_of(
     connection: &mut SqliteConnection,
     machine_id: &str,
@@ -170,17 +172,17 @@ pub(super) async fn delete_tools_of(
     Ok(())
 }
 
-/// What there is under a `tool_id` of a machine.
+/// The stored state of a machine's `tool_id`.
 struct Found {
-    /// The last revision there ever was.
+    /// The last revision, whether or not the tool is deleted.
     last_revision: Option<i64>,
-    /// The current one, and when it was stored; none of a tool that was deleted.
+    /// The current revision, and when it was stored; `None` for a deleted tool.
     current: Option<(RevisionHead, String)>,
-    /// Whether the last one is what was stored.
+    /// Whether the last revision is undamaged.
     is_sound: bool,
 }
 
-/// What there is under this `tool_id`; none where there is no such machine.
+/// The stored state of this `tool_id`; `None` if there is no such machine.
 async fn head_of(
     connection: &mut SqliteConnection,
     machine_id: &str,
@@ -212,7 +214,7 @@ async fn head_of(
     Ok(Some(Found { last_revision: Some(row.last_revision), current, is_sound }))
 }
 
-/// The other tools of the machine that programs call as this one.
+/// The other tools of the machine with the same number or name.
 async fn against_the_others(
     connection: &mut SqliteConnection,
     new: &NewTool,
@@ -239,7 +241,7 @@ async fn against_the_others(
     Ok(is_taken.then_some(ToolRefusal::Taken { number, name }))
 }
 
-/// The number of a machine's tools, where it is `most` or more.
+/// The number of a machine's tools, if it is `most` or more.
 async fn as_many_as(
     connection: &mut SqliteConnection,
     machine_id: &str,

@@ -1,13 +1,13 @@
-//! The tools of machines and their revisions, read.
+//! Reads the tools of machines and their revisions.
 
 use super::error::Doing;
 use super::{Cursor, Page, Store, StoreError};
 use crate::wire::{TableTool, ToolDocument};
 
-/// A tool of a machine's table at its current revision, as a job takes it.
+/// A tool of a machine's table at its current revision, as a job uses it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredTool {
-    /// The client's name of it.
+    /// The tool's id, chosen by the client.
     pub tool_id: String,
     /// Its current revision.
     pub revision: i64,
@@ -56,8 +56,8 @@ fn read_tool(
 }
 
 impl Store {
-    /// The whole table of a machine at the current revisions, by `tool_id` in the order of its bytes; empty where there is no such
-    /// machine.
+    /// The whole table of a machine at the current revisions, ordered by the bytes of `tool_id`; empty if there is no
+    /// such machine.
     ///
     /// # Errors
     /// The database failed.
@@ -80,7 +80,7 @@ impl Store {
         read.collect()
     }
 
-    /// Tools of a machine at these revisions, also of deleted ones, by `tool_id` in the order of its bytes.
+    /// Tools of a machine at these revisions, including deleted tools, ordered by the bytes of `tool_id`.
     ///
     /// # Errors
     /// The database failed.
@@ -89,7 +89,7 @@ impl Store {
         machine_id: &str,
         revisions: &[(String, i64)],
     ) -> Result<Vec<StoredTool>, StoreError> {
-        // Strings and whole numbers always print.
+        // Strings and whole numbers can always be printed.
         let wanted = serde_json::to_string(revisions).unwrap_or_default();
         let rows = sqlx::query!(
             "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tool_revisions r
@@ -130,7 +130,7 @@ impl Store {
         row.map(|row| row.read(self)).transpose()
     }
 
-    /// One revision of a tool, also of a deleted one.
+    /// One revision of a tool; the tool may be deleted.
     ///
     /// # Errors
     /// The database failed.
@@ -191,7 +191,7 @@ impl Store {
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))
     }
 
-    /// A page of the revisions of a tool, newest first; `None` when there never was such a tool.
+    /// A page of the revisions of a tool, newest first; `None` if there never was such a tool.
     ///
     /// # Errors
     /// The database failed.

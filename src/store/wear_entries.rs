@@ -1,4 +1,4 @@
-//! Wear entries: appended, withdrawn, never changed.
+//! Wear entries: they are added and withdrawn, but never changed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,37 +20,37 @@ pub enum WearConflict {
         /// Index of the cutter's first entry among those posted.
         index: usize,
     },
-    /// The cutter has an entry of the same edge, parts and time.
+    /// The cutter already has an entry with the same edge, parts and time.
     AlreadyThere {
         /// Index of the entry among those posted.
         index: usize,
-        /// The entry that is there.
+        /// Id of the existing entry.
         id: String,
     },
-    /// The cutter would have more entries than one may have.
+    /// The cutter would exceed the largest number of entries.
     TooMany {
-        /// Index of the first one too many among those posted.
+        /// Index of the first entry over the limit among those posted.
         index: usize,
     },
-    /// The cutter would have more edges than one may have.
+    /// The cutter would exceed the largest number of edges.
     TooManyEdges {
-        /// Index of the first entry of the first one too many among those posted.
+        /// Index of the first entry of the first edge over the limit among those posted.
         index: usize,
     },
 }
 
-/// What became of entries that were posted.
+/// The result of storing posted entries.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum AddedWear {
     /// They are stored.
     Stored,
     /// The key was used in the meantime; nothing is stored.
     KeyTaken,
-    /// They do not fit what is there; nothing is stored.
+    /// They conflict with stored entries; nothing is stored.
     Refused(Vec<WearConflict>),
 }
 
-/// Conflicts named at once.
+/// Largest number of conflicts that are reported.
 const MOST_CONFLICTS: usize = 100;
 
 struct StoredEntry {
@@ -85,7 +85,7 @@ impl StoredEntry {
             edge: (!self.edge.is_empty()).then_some(self.edge),
             measured_at: self.measured_at,
             created_at: self.created_at,
-            // The column holds nothing that is not between 0 and 1e9.
+            // The column contains only values between 0 and 1e9.
             parts_cut: u32::try_from(self.parts_cut).unwrap_or_default(),
             standard_uncertainty_um: self.standard_uncertainty_um,
             note: self.note,
@@ -122,7 +122,8 @@ impl Store {
         Ok(row.map(StoredEntry::read))
     }
 
-    /// A page of the entries of a tool, or of one of its cutters, newest stored first; withdrawn ones too.
+    /// A page of the entries of a tool, or of one of its cutters, newest stored first; withdrawn entries are
+    /// included.
     ///
     /// # Errors
     /// The database failed.
@@ -155,7 +156,7 @@ impl Store {
         Ok(Page::cut(rows.into_iter().map(|row| (row.seq, row.read())).collect(), limit))
     }
 
-    /// The cutter of a tool's newest entry that counts.
+    /// The cutter of a tool's newest entry that is not withdrawn.
     ///
     /// # Errors
     /// The database failed.
@@ -172,7 +173,7 @@ impl Store {
         .doing("reading the newest cutter")
     }
 
-    /// The entries of a cutter that count, by edge, then by parts.
+    /// The entries of a cutter that are not withdrawn, by edge, then by parts.
     ///
     /// # Errors
     /// The database failed.
@@ -201,9 +202,9 @@ impl Store {
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
 
-    /// Of every edge of a cutter the entry that was measured last and counts, and after it the one with the most wear where that is
-    /// another one; whichever tools of the machine they are entered under, by tool, then by edge. One without an edge is of the
-    /// cutter as a whole and comes first.
+    /// For every edge of a cutter: the entry that was measured last and is not withdrawn, and after it the entry with
+    /// the most wear if that is another one. The entries may belong to any tool of the machine; they are ordered by
+    /// tool, then by edge. An entry without an edge is of the whole cutter and comes first.
     ///
     /// # Errors
     /// The database failed.
@@ -236,7 +237,7 @@ impl Store {
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
 
-    /// The entries of one request, in its order, as they were first answered.
+    /// The entries of one request, in its order, as first answered.
     ///
     /// # Errors
     /// The database failed.
@@ -255,7 +256,7 @@ impl Store {
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
 
-    /// Stores the entries of one request, all of them or none, with the key they were posted under.
+    /// Stores the entries of one request, all of them or none, with its idempotency key.
     ///
     /// # Errors
     /// The database failed.
@@ -300,7 +301,7 @@ impl Store {
         }
     }
 
-    /// Withdraws an entry; what is withdrawn already stays as it is. The entry as it is then, if there is one.
+    /// Withdraws an entry; a withdrawn entry stays as it is. Returns the entry afterwards, if there is one.
     ///
     /// # Errors
     /// The database failed.
@@ -348,7 +349,7 @@ fn about<'a>(action: AuditAction, at: &'a str, entry: (&'a str, &str, &str)) -> 
     Change { at, action, machine_id: Some(machine_id), resource, revisions: (None, None) }
 }
 
-/// The entry that counts and is of the same cutter, edge, parts and time as this one.
+/// The entry that is not withdrawn and has the same cutter, edge, parts and time as this one.
 async fn twin(connection: &mut SqliteConnection, entry: &WearEntry) -> Result<Option<String>, sqlx::Error> {
     let WearEntry { machine_id, tool_id, cutter_id, measured_at, parts_cut, .. } = entry;
     let edge = entry.edge.as_deref().unwrap_or_default();
@@ -367,7 +368,8 @@ async fn twin(connection: &mut SqliteConnection, entry: &WearEntry) -> Result<Op
     .await
 }
 
-/// What does not fit a cutter: the other quantity, and the first entry and the first edge that are one too many.
+/// Conflicts with the stored entries of a cutter: the other quantity, and the first entry and the first edge over the
+/// limit.
 async fn against_cutters(
     connection: &mut SqliteConnection,
     entries: &[WearEntry],

@@ -1,4 +1,4 @@
-//! The secrets that sign webhooks: the newest, and those before it that sign beside it for a while.
+//! The secrets that sign webhooks: the newest, and the earlier ones that still sign for some time.
 
 use super::audit::{Actor, Change, audit};
 use super::error::Doing;
@@ -11,14 +11,14 @@ use crate::wire::{AuditAction, WebhookSecret};
 pub struct WebhookSecretRow {
     /// The secret.
     pub secret: WebhookSecret,
-    /// When it was made.
+    /// Time at which the secret was created.
     pub created_at: String,
-    /// Until when it signs; none for the newest.
+    /// Time until which it signs; `None` for the newest.
     pub signs_until: Option<String>,
 }
 
 impl Store {
-    /// Every secret that is kept, newest first.
+    /// Every stored secret, newest first.
     ///
     /// # Errors
     /// The database failed.
@@ -38,7 +38,7 @@ impl Store {
             .collect())
     }
 
-    /// Keeps the first secret; another where there is one already is not kept.
+    /// Stores the first secret; if there already is one, nothing is stored.
     ///
     /// # Errors
     /// The database failed.
@@ -49,7 +49,7 @@ impl Store {
         by: &Actor,
     ) -> Result<(), StoreError> {
         let (secret, now, by) = (secret.0.clone(), now.to_owned(), by.clone());
-        self.write("keeping the first secret of webhooks", |connection| {
+        self.write("storing the first secret of webhooks", |connection| {
             Box::pin(async move {
                 let added = sqlx::query!(
                     "INSERT INTO webhook_secrets (secret, created_at)
@@ -68,8 +68,8 @@ impl Store {
         .await
     }
 
-    /// Keeps a new secret; those before it sign until `signs_until` at most, and what signs no more is forgotten. `false`
-    /// when the request's key was used in the meantime, in which case nothing changes.
+    /// Stores a new secret; the earlier ones sign until `signs_until` at most, and those that no longer sign are
+    /// removed. `false` if the request's key was used in the meantime; nothing changes then.
     ///
     /// # Errors
     /// The database failed.
@@ -82,11 +82,11 @@ impl Store {
         by: &Actor,
     ) -> Result<bool, StoreError> {
         let (secret, now, signs_until) = (secret.0.clone(), now.to_owned(), signs_until.to_owned());
-        // A clock that is set right again does not make its key old.
+        // A clock that is corrected does not make its key old.
         let made_at = used.map_or(now.as_str(), |used| now.as_str().max(&used.not_before)).to_owned();
         let (used, by) = (used.cloned(), by.clone());
         let rotated = self
-            .write("keeping a new secret of webhooks", |connection| {
+            .write("storing a new secret of webhooks", |connection| {
                 Box::pin(async move {
                     if let Some(KeyUse { since, .. }) = &used {
                         sqlx::query!(
@@ -126,7 +126,7 @@ impl Store {
         unless_key_taken(rotated)
     }
 
-    /// Whether a secret was made under this key: by the same request, or (`false`) by another.
+    /// Whether a secret was created under this key: by the same request, or (`false`) by another.
     ///
     /// # Errors
     /// The database failed.

@@ -1,4 +1,4 @@
-//! Whether the disk takes a file, found out by writing one.
+//! Checks whether the disk can be written, by writing a file.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -10,10 +10,10 @@ use tempfile::NamedTempFile;
 
 use super::BlobFault;
 
-/// How long an answer holds: whoever asks more often does not make the disk write more often.
+/// How long an answer is valid: more frequent questions do not make the disk write more often.
 const HOLDS: Duration = Duration::from_secs(1);
 
-/// What is written: one page, so that a disk with room for names only counts as full.
+/// The bytes to write: one page, so that a disk with room only for names counts as full.
 const PAGE: [u8; 4096] = [0; 4096];
 
 /// The last answer of the disk.
@@ -22,21 +22,21 @@ pub(super) struct Writable(Mutex<Asked>);
 
 #[derive(Debug, Default)]
 struct Asked {
-    /// When the last answer came.
+    /// Time of the last answer.
     at: Option<Instant>,
     fault: Option<Arc<BlobFault>>,
-    /// Since when a file is being written.
+    /// Time since when a file is being written.
     since: Option<Instant>,
 }
 
 impl Writable {
-    /// Writes a file in `directory` that goes at once, unless that was done a moment ago or is being done: then the last
-    /// answer is the answer, or that the disk fails where none came for longer than an answer holds. Blocks.
+    /// Writes a file in `directory` that is removed at once. If that was done a moment ago or is still being done,
+    /// the last answer is returned; if no answer came for longer than an answer is valid, the disk fails. Blocks.
     pub(super) fn check(&self, directory: &Path) -> Result<(), Arc<BlobFault>> {
         self.ask(directory, || NamedTempFile::new_in(directory).and_then(|mut file| file.write_all(&PAGE)))
     }
 
-    /// As `check`, with what is to be done to the disk.
+    /// The same as `check`, with the action on the disk as a parameter.
     fn ask(&self, directory: &Path, write: impl FnOnce() -> io::Result<()>) -> Result<(), Arc<BlobFault>> {
         let doing = "writing a file in";
         {

@@ -9,7 +9,7 @@ pub struct Fault {
     /// JSON pointer into the body. For a query parameter: the pointer that its dotted name represents.
     #[schema(example = "/kinematics/rotary_axes/0/direction")]
     pub pointer: String,
-    /// What is wrong with it.
+    /// Description of the fault.
     #[schema(example = "direction has length 0; it must be above 0.000000001")]
     pub detail: String,
 }

@@ -32,13 +32,13 @@ async fn a_backup_made_while_the_service_runs_is_restored_with_every_byte() {
     for inside in ["spool/one", "deeper/one"] {
         let refused = trunnion(&data, &["backup", path(&data.join(inside))]);
         assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
-        assert!(said(&refused).contains("lies in the data directory"), "{}", said(&refused));
+        assert!(said(&refused).contains("is inside the data directory"), "{}", said(&refused));
     }
     let again = trunnion(&data, &["backup", path(&backup)]);
     assert_eq!(again.status.code(), Some(2), "{}", said(&again));
     let occupied = trunnion(&data, &["restore", path(&backup)]);
     assert_eq!(occupied.status.code(), Some(2));
-    assert!(said(&occupied).contains("nothing was touched"), "{}", said(&occupied));
+    assert!(said(&occupied).contains("nothing was changed"), "{}", said(&occupied));
 
     let restored = folder.path().join("restored");
     let done = trunnion(&restored, &["restore", path(&backup)]);
@@ -84,7 +84,7 @@ async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
     std::fs::remove_file(&blob).unwrap();
     refused("opening");
     assert!(Command::new("mkfifo").arg(&blob).status().unwrap().success());
-    refused("this is no regular file");
+    refused("this is not a regular file");
     std::fs::remove_file(&blob).unwrap();
     std::fs::write(&blob, &bytes).unwrap();
     let change = |from: &str, to: &str| {
@@ -95,9 +95,9 @@ async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
     refused("the table jobs has 1 rows");
     let schema = serde_json::from_str::<Value>(&manifest).unwrap()["schema"].to_string();
     change(&format!("\"schema\": {schema}"), "\"schema\": 1");
-    refused(&format!("schema {schema}, the manifest says 1"));
+    refused(&format!("schema {schema}, but its manifest states 1"));
     change("\"blobs/", "\"../blobs/");
-    refused("is no file of a backup");
+    refused("is not a file of a backup");
     change("\"format\": 1", "\"format\": 2");
     refused("form 2");
     std::fs::remove_file(backup.join("manifest.json")).unwrap();
@@ -116,10 +116,6 @@ async fn a_backup_names_the_file_that_is_missing() {
     let refused = trunnion(&data, &["backup", path(&folder.path().join("backup"))]);
     assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
     let name = blob.file_name().unwrap().to_str().unwrap();
-    assert!(
-        said(&refused).contains(&format!("{name} is named by a job and is not there")),
-        "{}",
-        said(&refused)
-    );
+    assert!(said(&refused).contains(&format!("{name} is missing, but a job needs it")), "{}", said(&refused));
     assert!(!folder.path().join("backup").exists());
 }

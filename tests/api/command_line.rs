@@ -128,7 +128,7 @@ fn the_doctor_reads_the_certificates_that_the_next_start_would() {
     for (key, trusted, fault) in [
         (&strange, &certificate, "cannot be used"),
         (&missing, &certificate, "cannot be read"),
-        (&key, &empty, "holds no certificate"),
+        (&key, &empty, "contains no certificate"),
         (&key, &missing, "cannot be read"),
     ] {
         let output = asked(key, trusted);
@@ -304,7 +304,7 @@ fn only_plain_files_are_replaced_and_each_result_has_its_own_place() {
     for (places, part) in [
         (["--report", path(&output)], "two results"),
         (["--changes", path(&output)], "two results"),
-        (["--report", "/dev/null"], "no plain file"),
+        (["--report", "/dev/null"], "is not a regular file"),
         (["--report", "no/such/folder/r.json"], "no/such"),
     ] {
         let done = bench.compensate(&[&given[..], &places].concat());
@@ -314,7 +314,11 @@ fn only_plain_files_are_replaced_and_each_result_has_its_own_place() {
     }
     std::os::unix::fs::symlink(bench.at("elsewhere.nc"), &output).unwrap();
     let done = bench.compensate(&given);
-    assert!(said(&done).contains("no plain file") && !bench.at("elsewhere.nc").exists(), "{}", said(&done));
+    assert!(
+        said(&done).contains("is not a regular file") && !bench.at("elsewhere.nc").exists(),
+        "{}",
+        said(&done)
+    );
 }
 
 #[test]

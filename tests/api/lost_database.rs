@@ -37,7 +37,7 @@ async fn files_without_their_database_are_kept_and_nothing_starts() {
             let output = trunnion(&data, command);
             let text = said(&output);
             assert_eq!(output.status.code(), Some(2), "{command:?}: {text}");
-            assert!(text.contains("2 stored files") && text.contains("put the database back"), "{text}");
+            assert!(text.contains("2 stored files") && text.contains("restore the database"), "{text}");
             let left = std::fs::metadata(&database).map_or(0, |found| found.len());
             assert!(left == 0 && database.exists() == empty, "{command:?} left a database of {left} bytes");
         }

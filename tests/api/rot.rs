@@ -34,7 +34,7 @@ fn injuries() -> [Injury; 4] {
             std::fs::write(path, &bytes[..bytes.len() / 2]).unwrap();
         }),
         ("is missing", |path| std::fs::remove_file(path).unwrap()),
-        ("is no plain file", |path| {
+        ("is not a regular file", |path| {
             let elsewhere = path.with_extension("elsewhere");
             std::fs::rename(path, &elsewhere).unwrap();
             symlink(&elsewhere, path).unwrap();

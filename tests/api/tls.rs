@@ -134,7 +134,7 @@ fn files_that_cannot_be_used_refuse_the_start_with_the_reason() {
     for (certificate, key, said) in [
         (&missing, &key, "none.pem"),
         (&chain, &missing, "none.pem"),
-        (&key, &key, "holds no certificate"),
+        (&key, &key, "contains no certificate"),
         (&chain, &chain, "private key"),
         (&chain, &path(&other.key), "cannot be used"),
     ] {

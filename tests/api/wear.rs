@@ -207,7 +207,10 @@ async fn too_many_elements_are_refused_before_they_are_computed() {
     let app = spawn_with(|settings| settings.max_poses = 100).await;
     let body = json!({"stepover_mm": vec![0.1; 101], "tool_radius_mm": 5, "surface": "flat"});
     let found = problem(app.post_json(SCALLOP, &body).await, "too-costly").await;
-    assert!(found["detail"].as_str().unwrap().contains("101 elements, and the limit is 100"), "{found}");
+    assert!(
+        found["detail"].as_str().unwrap().contains("101 elements are more than the limit of 100"),
+        "{found}"
+    );
     let app = spawn_with(|settings| settings.max_cost_s = 1e-3).await;
     let body = json!({"stepover_mm": vec![0.1; 1000], "tool_radius_mm": 5, "surface": "flat"});
     problem(app.post_json(SCALLOP, &body).await, "too-costly").await;

@@ -105,7 +105,7 @@ const SCHEME: &str = "api_key";
 
 /// Adds to every operation the scope that it needs, and the answers to a caller without it.
 fn guarded(document: &mut Document) {
-    let words = "An API key, `trn_…`, with the scope that each operation names. A service without keys, where none was ever created, is open and asks for none.";
+    let words = "An API key, `trn_…`, with the scope that each operation names. A service for which no key was ever created is open and asks for none.";
     let bearer = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).description(Some(words)).build();
     let components = document.components.get_or_insert_default();
     components.add_security_scheme(SCHEME, SecurityScheme::Http(bearer));

@@ -1,4 +1,4 @@
-//! One job from the queue: computed, its results kept, ended under its lease, or given back.
+//! One job from the queue: it is computed, its results are kept, and it ends under its lease or is given back.
 
 use std::pin::pin;
 use std::sync::Arc;
@@ -40,9 +40,9 @@ impl Shared {
             let result = self.result(&claimed, &job).await;
             self.settle(&claimed, &job, result).await;
             if let Err(fault) = self.tidy(Duration::ZERO).await {
-                tracing::warn!(error = %fault, "files that no job names stay for the moment");
+                tracing::warn!(error = %fault, "files that no job names are not removed yet");
             }
-            // Kept until now: what fails over and over does not empty the queue into waiting tasks.
+            // Held until now, so that a job that fails repeatedly does not empty the queue into waiting tasks.
             drop(share);
             self.more.notify_one();
         }
@@ -50,13 +50,13 @@ impl Shared {
         .await;
     }
 
-    /// Waits for a place to compute, in the name of the caller.
+    /// Waits for a place to compute, on behalf of the caller.
     async fn place(&self, claimed: &Claimed, job: &UnderWay) -> Result<Place, ComputeFault> {
         let who = claimed.caller.as_deref().map_or(Who::Others, Who::named);
         tokio::select! {
             biased;
             () = job.stop.cancelled() => Err(ComputeFault::Busy),
-            // It has not begun: the next process does it.
+            // The job has not begun: the next process does it.
             () = self.stopping.cancelled() => {
                 job.stop.cancel();
                 Err(ComputeFault::Busy)
@@ -65,9 +65,9 @@ impl Shared {
         }
     }
 
-    /// Waits for a computation, alone as long as `alone` lives. A job that takes long lets the others go on beside it after a while,
-    /// and is not blamed from then on; at every further death it may be alone for twice as long, so that one that kills late is
-    /// found too.
+    /// Waits for a computation that is alone as long as `alone` lives. After a while, a long job lets the others
+    /// continue beside it, and is not blamed from then on. After each further death it may be alone for twice as
+    /// long, so that a job that kills late is found too.
     async fn at_most_for_a_while_alone<T>(
         &self,
         claimed: &Claimed,
@@ -91,7 +91,7 @@ impl Shared {
         computation.await
     }
 
-    /// The result of a job, its files kept but not named yet.
+    /// The result of a job; its files are kept but not named yet.
     async fn result(
         &self,
         claimed: &Claimed,
@@ -121,7 +121,7 @@ impl Shared {
             let place =
                 Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
             let finished = work.run(place);
-            // Whatever came of it: bytes that changed under the work are the reason.
+            // Whatever the result: bytes that changed during the work are the reason.
             for input in [Some(&program), surface.as_ref()].into_iter().flatten() {
                 input.is_unchanged().map_err(|damaged| BlobFault::from(spool.blobs().noted(damaged)))?;
             }
@@ -144,7 +144,7 @@ impl Shared {
         Ok((ending, naming))
     }
 
-    /// The machine as it was when the job was accepted.
+    /// The machine at the time when the job was accepted.
     async fn machine(&self, row: &JobRow, kept: &KeptShelf) -> Result<MachineUsed, JobFault> {
         let (id, revision) = (&row.document.machine_id, row.document.machine_revision);
         let found = self.store.machine_revision(id, revision).await?.ok_or(JobFault::MachineLost)?;
@@ -157,7 +157,7 @@ impl Shared {
             .map_err(|_stored_is_sound| JobFault::MachineLost)
     }
 
-    /// Stores what came of a job: its end, or that it waits again.
+    /// Stores the result of a job: its end, or its return to the queue.
     async fn settle(
         &self,
         claimed: &Claimed,
@@ -182,10 +182,10 @@ impl Shared {
                 drop(naming);
                 ended
             }
-            // Told to stop: by its client, or because the service does.
+            // Stopped by its client, or because the service stops.
             Err(_) if job.stop.is_cancelled() => Some(false),
             Err(fault) if passes => {
-                tracing::warn!(error = %fault, "a job is tried again later");
+                tracing::warn!(error = %fault, "a job will be tried again later");
                 tokio::select! {
                     () = job.stop.cancelled() => {}
                     () = self.pause() => {}
@@ -211,15 +211,16 @@ impl Shared {
         }
     }
 
-    /// Whether a disk that failed under this job fails for others too, or this job has not often met it yet: a file on
-    /// one bad place of a sound disk never becomes readable, and its job would be first in the queue for ever.
+    /// Whether a disk that failed under this job fails for others too, or whether this job has not often failed yet.
+    /// A file on one bad place of a sound disk never becomes readable, and its job would be first in the queue for
+    /// ever.
     async fn disk_ails(&self, id: &str) -> bool {
         let blobs = self.spool.blobs().clone();
         let sound = tokio::task::spawn_blocking(move || blobs.check().is_ok()).await.unwrap_or(false);
         !sound || self.running.failed(id) < MAX_FAILURES
     }
 
-    /// Asks the store again until it answers; nothing, once the service has stopped.
+    /// Repeats a request to the store until it answers; `None` after the service has stopped.
     async fn persistently<T, F>(&self, ask: impl Fn() -> F) -> Option<T>
     where
         F: Future<Output = Result<T, StoreError>>,
@@ -227,7 +228,7 @@ impl Shared {
         loop {
             match ask().await {
                 Ok(answer) => return Some(answer),
-                Err(fault) => tracing::error!(error = %fault, "what came of a job cannot be stored"),
+                Err(fault) => tracing::error!(error = %fault, "the result of a job cannot be stored"),
             }
             tokio::select! {
                 () = self.halted.cancelled() => return None,
@@ -237,7 +238,7 @@ impl Shared {
     }
 }
 
-/// The files of a job, each read to its end and found to be what was accepted.
+/// The files of a job, each read to its end and verified.
 async fn inputs(blobs: &Blobs, document: &JobDocument) -> Result<(InputFile, Option<InputFile>), JobFault> {
     let (blobs, program) = (blobs.clone(), document.input_sha256.clone());
     let surface = document.surface_sha256.clone();
@@ -248,18 +249,18 @@ async fn inputs(blobs: &Blobs, document: &JobDocument) -> Result<(InputFile, Opt
     Ok(tokio::task::spawn_blocking(read).await.map_err(|_panicked| ComputeFault::Panicked)??)
 }
 
-/// What a job was accepted with; one of an older version was with nothing.
+/// The data that a job was accepted with; empty for a job of an older version.
 fn accepted(row: &JobRow) -> Result<Accepted, JobFault> {
     let read = row.accepted.as_deref().map(serde_json::from_str).transpose();
     Ok(read.map_err(|_stored_is_sound| JobFault::MachineLost)?.unwrap_or_default())
 }
 
-/// How long the others may take to rest before a job is begun that is to be alone.
+/// How long the other computations may take to pause before a job begins that must be alone.
 const ALONE_WITHIN: Duration = Duration::from_secs(2);
-/// How long a job that has met as many deaths as it may beside others is computed alone.
+/// How long a job is computed alone after the largest number of deaths beside others.
 const ALONE_FOR: Duration = Duration::from_secs(10);
 
-/// Tries of a job under which the disk fails, while it takes other files.
+/// Attempts for a job under which the disk fails while it accepts other files.
 const MAX_FAILURES: u32 = 5;
 
 /// Whether the disk answered with errors when the job's files were read or written.
@@ -272,7 +273,7 @@ fn is_of_the_disk(fault: &JobFault) -> bool {
     fault == Some(StorageFault::Failing)
 }
 
-/// Whether a fault lies in the moment, not in the job.
+/// Whether a fault is temporary, and not a fault of the job.
 fn is_passing(fault: &JobFault) -> bool {
     match fault {
         JobFault::Compute(ComputeFault::Busy)

@@ -1,5 +1,5 @@
-//! Takes jobs from the queue, as many as may have begun at a time. Each waits for its turn to compute beside the others and in the
-//! name of its caller, so that nobody stands in line behind another's job.
+//! Takes jobs from the queue, up to the number that may have begun. Each waits for its turn to compute, beside the
+//! others and on behalf of its caller, so that no caller waits in line after another caller's job.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use super::Shared;
 use super::running::UnderWay;
 use crate::store::{Claimed, StoreError};
 
-/// How long to wait before a store that failed is asked again.
+/// Pause before a failed store is asked again.
 pub(super) const RETRY: Duration = Duration::from_secs(1);
 
 impl Shared {
@@ -41,10 +41,10 @@ impl Shared {
         }
     }
 
-    /// The next job, which from now on is known to run. None where no job may begin or the service stops.
+    /// The next job, which counts as running from now on. `None` if no job may begin, or if the service stops.
     async fn begin(&self) -> Result<Option<(Claimed, Arc<UnderWay>)>, StoreError> {
         let most_of_caller = self.compute.most_jobs_of_caller();
-        // To look costs less than to write.
+        // A check costs less than a write.
         if !self.store.has_claimable(most_of_caller).await? || self.stopping.is_cancelled() {
             return Ok(None);
         }
@@ -58,7 +58,7 @@ impl Shared {
         Ok(Some((claimed, under_way)))
     }
 
-    /// Waits before something that failed is tried again, but not for a service that stops.
+    /// Waits before a failed action is repeated, but ends at once if the service stops.
     pub(super) async fn pause(&self) {
         tokio::select! {
             () = self.stopping.cancelled() => {}

@@ -1,5 +1,5 @@
-//! The queue of jobs: accepted, computed in the pool one after the other, ended once, whatever happens to the process in
-//! between. What is durable stands in `store::queue`; here is what only lives as long as the process.
+//! The queue of jobs: a job is accepted, computed in the pool, and ended once, whatever happens to the process in
+//! between. The durable part is in `store::queue`; this module holds the part that lives only as long as the process.
 
 mod computing;
 mod dispatch;
@@ -27,7 +27,7 @@ use crate::store::{
 };
 use crate::wire::{JobDocument, JobState};
 
-/// How a fault is told to the client of a job: as the problem document that a request would have been answered with.
+/// Turns a fault into the problem document for the client of a job, the same as a request would get.
 pub type Describe = fn(JobFault) -> Value;
 
 /// How much the queue may hold, and for how long.
@@ -43,23 +43,23 @@ pub struct QueueLimits {
     pub key_retention_s: f64,
 }
 
-/// How much waits and runs.
+/// The number of waiting and running jobs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QueueReading {
-    /// Jobs that wait.
+    /// Jobs that are waiting.
     pub queued: i64,
     /// Jobs that run.
     pub running: i64,
-    /// How long the oldest of those that wait does \[s\]; 0 where none does.
+    /// How long the oldest waiting job has been waiting \[s\]; 0 if none waits.
     pub oldest_s: f64,
 }
 
-/// What a client says of a job besides its work.
+/// What a client states about a job in addition to its work.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Besides {
-    /// An id of its own.
+    /// The client's own id.
     pub external_id: Option<String>,
-    /// Who is told of the end.
+    /// Address of the webhook about its end.
     pub callback_url: Option<String>,
     /// The trace that the job belongs to (W3C Trace Context).
     pub traceparent: Option<String>,
@@ -78,34 +78,35 @@ struct Shared {
     means: Means,
     limits: QueueLimits,
     describe: Describe,
-    /// Tells the next process what was computed when this one died.
+    /// Shows the next process which jobs were being computed when this one died.
     marks: Marks,
-    /// What is being computed.
+    /// The jobs that are being computed.
     running: Running,
-    /// Files to be removed unless a job names them.
+    /// Files to remove unless a job names them.
     given_up: std::sync::Mutex<Vec<Sha256Hex>>,
-    /// Held from the database's word on a job to ours, so that no cancel falls between the two.
+    /// Held from the database's answer about a job until this process knows it, so that no cancel falls between the
+    /// two.
     gate: Mutex<()>,
     /// The id of every job that has changed.
     changes: broadcast::Sender<Arc<str>>,
-    /// There may be something in the queue.
+    /// Notified when the queue may have a new job.
     more: Notify,
-    /// An end is to be told to somebody.
+    /// Notified when a webhook is due.
     told: Notify,
-    /// Nothing new is begun.
+    /// Cancelled when no new job may begin.
     stopping: CancellationToken,
-    /// The database is about to close.
+    /// Cancelled when the database is about to close.
     halted: CancellationToken,
     tasks: TaskTracker,
 }
 
-/// Changes that a slow follower may fall behind before it has to look for itself.
+/// Changes that a slow follower may miss before it has to read the job itself.
 const CHANGES_KEPT: usize = 1024;
-/// How long work that was told to stop gets to do so when the service stops.
+/// How long stopped work may take to end when the service stops.
 const GRACE: Duration = Duration::from_millis(300);
 
 impl Queue {
-    /// Takes up what an earlier process left, and begins to compute.
+    /// Takes over the jobs that an earlier process left, and begins to compute.
     ///
     /// # Errors
     /// The database failed, or the marks of what is computed cannot be kept.
@@ -154,7 +155,7 @@ impl Queue {
         Ok(Self(shared))
     }
 
-    /// How much waits and runs now.
+    /// The present number of waiting and running jobs.
     ///
     /// # Errors
     /// The database failed.
@@ -165,10 +166,10 @@ impl Queue {
         Ok(QueueReading { queued, running, oldest_s: waited.unwrap_or(0.0).max(0.0) })
     }
 
-    /// Whether another job may wait, for a look before its files are taken.
+    /// Whether another job may wait; checked before its files are taken.
     ///
     /// # Errors
-    /// As many wait as may, of all or of this caller, or the database failed.
+    /// The queue, or this caller's part of it, is full; or the database failed.
     pub async fn check_room(&self) -> Result<(), JobFault> {
         let shared = &*self.0;
         let room = shared.store.queue_room(&shared.room()).await?;
@@ -182,7 +183,7 @@ impl Queue {
     /// revision is fixed now.
     ///
     /// # Errors
-    /// The queue is full, the key stands for another request, nothing can be kept.
+    /// The queue is full, the key belongs to another request, or the files cannot be kept.
     pub async fn accept(&self, job: ProgramJob, besides: Besides) -> Result<JobRow, JobFault> {
         let shared = &*self.0;
         let Besides { external_id, callback_url, traceparent } = besides;
@@ -222,11 +223,11 @@ impl Queue {
         };
         let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &by).await;
         if !matches!(enqueued, Ok(Enqueued::Added)) {
-            // What was refused leaves nothing behind, whatever it was refused for.
+            // A refused job leaves nothing in the store, whatever the reason.
             let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
             shared.give_up(kept.into_iter().flatten());
             if let Err(fault) = shared.tidy(Duration::ZERO).await {
-                tracing::warn!(error = %fault, "the files of a refused job stay for the moment");
+                tracing::warn!(error = %fault, "the files of a refused job are not removed yet");
             }
         }
         match enqueued? {
@@ -240,7 +241,7 @@ impl Queue {
         }
     }
 
-    /// Cancels a job that waits, and tells one that runs to stop.
+    /// Cancels a waiting job, or stops a running one.
     ///
     /// # Errors
     /// The database failed.
@@ -260,19 +261,19 @@ impl Queue {
         Ok(done)
     }
 
-    /// How far a job is that is being computed, 0 to 1, never less than before.
+    /// The progress of a running job, 0 to 1; it never decreases.
     #[must_use]
     pub fn progress(&self, id: &str) -> Option<f64> {
         self.0.running.progress(id)
     }
 
-    /// The ids of jobs that change from now on.
+    /// The ids of the jobs that change from now on.
     #[must_use]
     pub fn changes(&self) -> broadcast::Receiver<Arc<str>> {
         self.0.changes.subscribe()
     }
 
-    /// Notified when a job has ended that somebody is to be told of.
+    /// Notified when a job with a webhook has ended.
     #[must_use]
     pub fn told(&self) -> &Notify {
         &self.0.told
@@ -284,8 +285,8 @@ impl Queue {
         &self.0.stopping
     }
 
-    /// Begins nothing new, lets what runs end within `drain`, and gives the rest back to the queue, whether it has
-    /// stopped or not.
+    /// Begins no new job, lets the running jobs end within `drain`, and gives the rest back to the queue, whether
+    /// they have stopped or not.
     pub async fn stop(&self, drain: Duration) {
         let shared = &*self.0;
         shared.stopping.cancel();
@@ -318,19 +319,18 @@ impl Shared {
         Ok(self.store.enqueue(row, used, by, &self.room()).await?)
     }
 
-    /// The room for jobs of whom asks now.
+    /// The room for jobs of the present caller.
     fn room(&self) -> QueueRoom {
         QueueRoom { max_queued: self.limits.max_queued, share: self.limits.share, caller: asker() }
     }
 
-    /// Tells those who follow jobs that one has changed.
+    /// Notifies the followers of jobs that one has changed.
     fn changed(&self, id: &str) {
-        // Nobody may be listening.
+        // There may be no listener.
         let _followers = self.changes.send(id.into());
     }
 
-    /// Called once after every end of a job, when it is stored: what is to be told of it stands in the database
-    /// already (`store::deliveries`).
+    /// Called once after every stored end of a job; its webhook is already in the database (`store::deliveries`).
     async fn on_finished(&self, id: &str) {
         self.changed(id);
         match self.store.job(id).await {

@@ -1,4 +1,4 @@
-//! A job as it is asked for: read before its program, made into work once the program is there.
+//! A requested job: it is read before its program, and becomes work after the program has arrived.
 
 use serde::de::IgnoredAny;
 
@@ -7,24 +7,24 @@ use crate::jobs::{JobFault, MachineUsed, Means, ProgramParameters, ProgramWork, 
 use crate::program::Steps;
 use crate::wire::{Fault, FaultList, JobOperation, JobRequest, Unreadable, read_json};
 
-/// A job as it is asked for, readable in every part.
+/// A requested job; every part of it could be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JobOrder {
     /// The machine.
     pub machine_id: String,
-    /// What is to be computed.
+    /// The operation.
     pub operation: JobOperation,
     /// The client's own id.
     pub external_id: Option<String>,
-    /// Who is told of the end.
+    /// Address of the webhook about its end.
     pub callback_url: Option<String>,
-    /// Whether the operation looks at the part's surface.
+    /// Whether the operation uses the part's surface.
     pub looks_at_part: bool,
-    /// The steps that must not be done twice.
+    /// The steps that must not be applied twice.
     pub steps: Steps,
-    /// The cutter whose wear entries count, where its wear is theirs.
+    /// The cutter whose wear entries are used, if the wear comes from entries.
     pub cutter_id: Option<String>,
-    /// The whole order with its defaults filled in, the same for orders that say the same.
+    /// The whole order with defaults filled in; equal orders have equal text.
     pub canonical: String,
     text: Vec<u8>,
 }
@@ -33,9 +33,9 @@ impl JobOrder {
     /// Reads an order.
     ///
     /// # Errors
-    /// It cannot be read, or something outside its parameters does not fit.
+    /// It cannot be read, or a member outside its parameters is wrong.
     pub fn read(text: &[u8]) -> Result<Self, JobFault> {
-        // The operation says what its parameters are.
+        // The operation determines the type of its parameters.
         let head = read_json::<JobRequest<IgnoredAny>>(text)?;
         let mut faults = FaultList::default();
         head.check(&mut faults);
@@ -54,7 +54,7 @@ impl JobOrder {
         })
     }
 
-    /// The work it asks for.
+    /// The work of the order.
     ///
     /// # Errors
     /// Parameters that do not fit, by their pointers into the order, or work that would cost too much.
@@ -73,7 +73,7 @@ fn within(fault: Fault) -> Fault {
 
 struct Whole<'a>(&'a [u8]);
 
-/// What is known of an order once its parameters are read.
+/// The properties of an order after its parameters were read.
 struct Read {
     looks_at_part: bool,
     steps: Steps,

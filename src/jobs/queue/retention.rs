@@ -1,4 +1,4 @@
-//! Jobs that ended long ago go, with the files that no other job names.
+//! Removes old jobs after their end, and the files that no other job names.
 
 use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -7,13 +7,14 @@ use super::Shared;
 use crate::jobs::JobFault;
 use crate::store::Sha256Hex;
 
-/// Time between two looks for jobs that are too old.
+/// Time between two searches for old jobs.
 const BETWEEN_LOOKS: Duration = Duration::from_hours(1);
-/// How long those who name files wait at each look, so that files are removed also where somebody always names some.
+/// How long tasks that name files wait at each search, so that files can be removed even if files are named all the
+/// time.
 const NAMING_WAITS: Duration = Duration::from_secs(1);
 
 impl Shared {
-    /// Removes what is too old, now and every hour, until the service stops.
+    /// Removes old jobs now and every hour, until the service stops.
     pub(super) async fn forget_old_jobs(self: Arc<Self>) {
         loop {
             if let Err(fault) = self.forget_once().await {
@@ -43,24 +44,24 @@ impl Shared {
         let files = self.tidy(NAMING_WAITS).await?;
         let left = self.given_up().len();
         if files > 0 || left > 0 {
-            tracing::info!(files, left, "removed the files of jobs that ended long ago");
+            tracing::info!(files, left, "removed the files of old jobs");
         }
         Ok(())
     }
 
-    /// These files are to go unless a job names them.
+    /// Marks files for removal unless a job names them.
     pub(super) fn give_up(&self, digests: impl IntoIterator<Item = Sha256Hex>) {
         self.given_up().extend(digests);
     }
 
-    /// Removes the files that were given up and that no job names, and counts them, unless files are being named all
-    /// the time `within`: then they go the next time.
+    /// Removes the marked files that no job names, and counts them. If files are being named during all of `within`,
+    /// they are removed the next time.
     pub(super) async fn tidy(&self, within: Duration) -> Result<usize, JobFault> {
         if self.given_up().is_empty() {
             return Ok(0);
         }
         let blobs = self.spool.blobs();
-        // Until this goes, nothing is kept that a row is yet to name.
+        // Until this is dropped, no file is kept that a row will name later.
         let Some(_alone) = blobs.removing(within).await else { return Ok(0) };
         let named = self.store.named_blobs().await?;
         let digests = std::mem::take(&mut *self.given_up());

@@ -11,16 +11,16 @@ use crate::jobs::InputFile;
 /// One job that is being computed.
 #[derive(Debug)]
 pub(super) struct UnderWay {
-    /// What its ending is signed with.
+    /// The lease that its ending must name.
     pub(super) lease: String,
-    /// Cancelled when it is to stop.
+    /// Cancelled to stop it.
     pub(super) stop: CancellationToken,
-    /// The bytes read of its program, and how many there will be.
+    /// The bytes read of its program, and the number of bytes to read.
     reading: OnceLock<(Arc<AtomicU64>, f64)>,
 }
 
 impl UnderWay {
-    /// From now on the reading of this program tells how far the job is.
+    /// From now on the reading of this program shows the progress of the job.
     pub(super) fn follow(&self, program: &InputFile) {
         let all = program.length as f64 * READINGS;
         // A job has one program.
@@ -33,23 +33,23 @@ impl UnderWay {
     }
 }
 
-/// What is read to its end is not yet stored.
+/// Progress of a program that was read to its end but is not yet stored.
 const ALMOST_DONE: f64 = 0.99;
 
-/// How often an operation reads its program: once to look through it, once to work on it. A program that needs fewer readings
-/// jumps to the end of its progress, one that needs more waits there.
+/// How often an operation reads its program: once for the survey, once for the work. The progress of a program that
+/// needs fewer readings jumps to the end; with more readings it waits there.
 const READINGS: f64 = 2.0;
 
-/// All of them.
+/// All running jobs.
 #[derive(Debug, Default)]
 pub(super) struct Running {
     jobs: Mutex<HashMap<String, Arc<UnderWay>>>,
-    /// Under which the disk failed, and how often.
+    /// How often the disk failed under each job.
     failures: Mutex<HashMap<String, u32>>,
 }
 
 impl Running {
-    /// A job is begun.
+    /// A job begins.
     pub(super) fn begin(&self, id: &str, lease: &str) -> Arc<UnderWay> {
         let (stop, reading) = (CancellationToken::new(), OnceLock::new());
         let under_way = Arc::new(UnderWay { lease: lease.to_owned(), stop, reading });
@@ -57,24 +57,24 @@ impl Running {
         under_way
     }
 
-    /// It is settled.
+    /// A job is settled.
     pub(super) fn end(&self, id: &str) {
         self.jobs().remove(id);
     }
 
-    /// Tells a job to stop.
+    /// Stops a job.
     pub(super) fn stop(&self, id: &str) {
         if let Some(job) = self.jobs().get(id) {
             job.stop.cancel();
         }
     }
 
-    /// Tells every job to stop.
+    /// Stops every job.
     pub(super) fn stop_all(&self) {
         self.jobs().values().for_each(|job| job.stop.cancel());
     }
 
-    /// How far a job is.
+    /// The progress of a job.
     pub(super) fn progress(&self, id: &str) -> Option<f64> {
         self.jobs().get(id).map(|job| job.progress())
     }
@@ -84,7 +84,7 @@ impl Running {
         self.jobs().iter().map(|(id, job)| (id.clone(), job.lease.clone())).collect()
     }
 
-    /// The disk failed under a job: how often by now.
+    /// The disk failed under a job; returns how often by now.
     pub(super) fn failed(&self, id: &str) -> u32 {
         let mut failures = self.failures();
         let count = failures.entry(id.to_owned()).or_default();
@@ -92,7 +92,7 @@ impl Running {
         *count
     }
 
-    /// It came to an end, or failed otherwise.
+    /// The job has ended, or failed for another reason.
     pub(super) fn forget_failures(&self, id: &str) {
         self.failures().remove(id);
     }

@@ -12,7 +12,7 @@ fn key(name: &str) -> Who {
 
 const MS_NS: u64 = 1_000_000;
 
-/// Who compute, and who have begun.
+/// Numbers of computing and of begun computations.
 fn under_way(turns: &Turns) -> (usize, usize) {
     let state = turns.state();
     (state.active, state.begun)
@@ -39,7 +39,7 @@ fn one_alone_has_every_place_and_others_are_served_in_turn() {
     let mut third = Box::pin(turns.take(&greedy));
     assert!(third.as_mut().now_or_never().is_none());
     clock.fetch_add(100 * MS_NS, Ordering::SeqCst);
-    // Who has nothing begins at once, beside those that have two places.
+    // A caller without a computation begins at once, beside the callers that have two places.
     let first = at_once(&turns, &one);
     assert!(places.iter().all(|place| place.must_give_way(&turns.state())));
     assert!(!first.must_give_way(&turns.state()));
@@ -171,7 +171,7 @@ fn of_many_callers_each_has_as_much_time_as_another() {
 async fn one_that_is_to_be_alone_waits_for_the_others_to_rest_and_lets_them_go_on() {
     let turns = Turns::new(2);
     let (one, other) = (turns.take(&key("one")).await.unwrap(), turns.take(&key("other")).await.unwrap());
-    // Who does not look at its stop is not waited for long.
+    // The wait for a computation that does not check its stop is short.
     assert!(one.alone(Duration::from_millis(10)).await.is_none());
     assert!(turns.state().alone.is_none());
     let over = Arc::new(AtomicBool::new(false));

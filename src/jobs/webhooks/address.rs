@@ -1,4 +1,4 @@
-//! Addresses that anybody on the internet may have. Everything else leads to where the service stands, or nowhere.
+//! Public addresses of the internet. Every other address leads into the network of the service, or nowhere.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
@@ -10,7 +10,7 @@ const NOT_PUBLIC_V4: [(Ipv4Addr, u32); 17] = [
     (Ipv4Addr::new(10, 0, 0, 0), 8),
     (Ipv4Addr::new(100, 64, 0, 0), 10),
     (Ipv4Addr::new(127, 0, 0, 0), 8),
-    // The host's own agent, inside every machine that Azure lends: it answers on ports 80 and 32526.
+    // The host's own agent, inside every virtual machine of Azure: it answers on ports 80 and 32526.
     (Ipv4Addr::new(168, 63, 129, 16), 32),
     (Ipv4Addr::new(169, 254, 0, 0), 16),
     (Ipv4Addr::new(172, 16, 0, 0), 12),
@@ -23,12 +23,12 @@ const NOT_PUBLIC_V4: [(Ipv4Addr, u32); 17] = [
     (Ipv4Addr::new(198, 18, 0, 0), 15),
     (Ipv4Addr::new(198, 51, 100, 0), 24),
     (Ipv4Addr::new(203, 0, 113, 0), 24),
-    // Multicast and all behind it, up to the broadcast.
+    // Multicast and everything after it, up to the broadcast address.
     (Ipv4Addr::new(224, 0, 0, 0), 3),
 ];
 
-/// What of the global unicast addresses of IPv6 is not on the internet: protocol assignments with Teredo, ORCHID and
-/// benchmarking in them (RFC 2928), documentation (RFC 3849, RFC 9637), 6to4 (RFC 3056).
+/// Parts of the global unicast addresses of IPv6 that are not on the internet: protocol assignments, which include
+/// Teredo, ORCHID and benchmarking (RFC 2928), documentation (RFC 3849, RFC 9637), 6to4 (RFC 3056).
 const NOT_PUBLIC_V6: [(Ipv6Addr, u32); 4] = [
     (Ipv6Addr::new(0x2001, 0, 0, 0, 0, 0, 0, 0), 23),
     (Ipv6Addr::new(0x2001, 0xdb8, 0, 0, 0, 0, 0, 0), 32),
@@ -36,11 +36,11 @@ const NOT_PUBLIC_V6: [(Ipv6Addr, u32); 4] = [
     (Ipv6Addr::new(0x3fff, 0, 0, 0, 0, 0, 0, 0), 20),
 ];
 
-/// The only part of IPv6 that is given out on the internet (RFC 4291 §2.4). Mapped and translated IPv4 addresses, unique
-/// local, link-local and multicast ones all lie outside.
+/// The only part of IPv6 that is assigned on the internet (RFC 4291 §2.4). Mapped and translated IPv4 addresses,
+/// unique local, link-local and multicast addresses are all outside.
 const GLOBAL_UNICAST: (Ipv6Addr, u32) = (Ipv6Addr::new(0x2000, 0, 0, 0, 0, 0, 0, 0), 3);
 
-/// Whether an address is one of the internet's.
+/// Whether an address is public.
 pub(super) fn is_public(address: IpAddr) -> bool {
     match address {
         IpAddr::V4(address) => !NOT_PUBLIC_V4.iter().any(|(network, length)| {

@@ -1,5 +1,5 @@
-//! One request to a receiver: the name looked up now, a connection to an address that was looked at, the answer's status
-//! and no more. Nothing is kept, followed or taken from the environment.
+//! One request to a receiver: the name is looked up now, the connection goes to a checked address, and only the
+//! status of the answer is used. Nothing is kept, followed or taken from the environment.
 
 use std::fmt;
 use std::io;
@@ -26,11 +26,11 @@ use super::receivers::{NotAllowed, Receivers};
 use super::trust::Trust;
 use crate::wire::{CallbackUrl, DeliveryOutcome, Host};
 
-/// Room for the head of an answer \[bytes\]; one that is longer is none.
+/// Room for the head of an answer \[bytes\]; a longer head is not accepted.
 const HEAD_BYTES: usize = 32 << 10;
-/// How much of an answer's body is heard before the connection is closed \[bytes\].
+/// How much of an answer's body is read before the connection is closed \[bytes\].
 const HEARD_BYTES: usize = 4 << 10;
-/// And for how long.
+/// How long the body is read.
 const HEARD_FOR: Duration = Duration::from_secs(1);
 /// Most addresses of a name that are tried.
 const MOST_ADDRESSES: usize = 4;
@@ -41,7 +41,7 @@ pub(super) trait Resolve: Send + Sync + fmt::Debug {
     fn resolve<'a>(&'a self, name: &'a str) -> BoxFuture<'a, io::Result<Vec<IpAddr>>>;
 }
 
-/// The system's way.
+/// The system's resolver.
 #[derive(Debug)]
 pub(super) struct SystemNames;
 
@@ -53,7 +53,7 @@ impl Resolve for SystemNames {
     }
 }
 
-/// What is sent.
+/// The message.
 #[derive(Debug, Clone)]
 pub(super) struct Letter {
     pub(super) id: String,
@@ -64,7 +64,7 @@ pub(super) struct Letter {
     pub(super) traceparent: Option<String>,
 }
 
-/// What came of it.
+/// The result of a call.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Answer {
     pub(super) outcome: DeliveryOutcome,
@@ -79,17 +79,17 @@ pub(super) struct Answer {
 pub(super) enum CallFault {
     #[error("the name cannot be looked up")]
     Lookup(#[source] io::Error),
-    #[error("the name leads to no address")]
+    #[error("the name has no address")]
     NoAddress,
     #[error("{0}")]
     NotAllowed(#[from] NotAllowed),
-    #[error("no connection: {0}")]
+    #[error("no connection was made: {0}")]
     Connect(#[source] io::Error),
     #[error("TLS: {0}")]
     Tls(#[source] io::Error),
-    #[error("the address cannot be sent to: {0}")]
+    #[error("the request to the address cannot be built: {0}")]
     Request(#[from] hyper::http::Error),
-    #[error("the answer broke off or is none: {0}")]
+    #[error("the answer broke off or is not valid: {0}")]
     Http(#[from] hyper::Error),
     #[error("no answer within {timeout_s} s")]
     TimedOut { timeout_s: f64 },
@@ -108,7 +108,7 @@ impl CallFault {
     }
 }
 
-/// How receivers are called.
+/// The way in which receivers are called.
 #[derive(Debug)]
 pub(super) struct Line {
     pub(super) receivers: Receivers,
@@ -118,7 +118,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Sends it, once.
+    /// Sends the message once.
     pub(super) async fn call(&self, url: &CallbackUrl, letter: &Letter) -> Answer {
         let called = tokio::time::timeout(self.timeout, self.exchange(url, letter)).await;
         let timeout_s = self.timeout.as_secs_f64();
@@ -151,8 +151,8 @@ impl Line {
         send(stream, url, letter).await
     }
 
-    /// A connection to one of the host's addresses that may be called. The name is looked up here and nowhere else, so
-    /// that it cannot lead elsewhere afterwards.
+    /// A connection to one of the host's allowed addresses. The name is looked up only here, so that it cannot lead
+    /// to another address afterwards.
     async fn connect(&self, url: &CallbackUrl) -> Result<TcpStream, CallFault> {
         let found = match &url.host {
             Host::Address(address) => vec![*address],
@@ -177,7 +177,7 @@ impl Line {
     }
 }
 
-/// An answer whose head is there.
+/// An answer whose head has arrived.
 struct Heard {
     status: StatusCode,
     retry_after_s: Option<f64>,
@@ -188,7 +188,7 @@ struct Heard {
 impl Heard {
     async fn answer(self) -> Answer {
         let Self { status, retry_after_s, mut body, _driven } = self;
-        // What it says besides is of no use; hearing some of it spares the receiver a broken connection.
+        // The rest of the answer is not needed; reading some of it spares the receiver a broken connection.
         let hearing = async {
             let mut heard = 0;
             while let Some(Ok(frame)) = body.frame().await {

@@ -1,4 +1,4 @@
-//! Who delivers: a few at a time, fewer to one receiver, each in its time.
+//! Delivers webhooks: a few at a time, fewer to one receiver, each at its time.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -22,23 +22,23 @@ use crate::store::{
 };
 use crate::wire::{CallbackUrl, DeliveryAttempt, DeliveryOutcome, DeliveryState, job_event, webhook_id};
 
-/// Longest time without a look at what is due: the clock may have been set meanwhile.
+/// Longest time between two searches for due webhooks: the clock may have been set meanwhile.
 const LONGEST_REST: Duration = Duration::from_secs(30);
-/// Shortest time without one.
+/// Shortest time between two searches.
 const SHORTEST_REST: Duration = Duration::from_millis(5);
-/// How long to wait before a store that failed is asked again.
+/// Pause before a failed store is asked again.
 const RETRY: Duration = Duration::from_secs(1);
 
-/// How much waits.
+/// The number of waiting webhooks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeliveriesReading {
-    /// Ends that are to be told.
+    /// Webhooks that wait for delivery.
     pub waiting: i64,
-    /// How long ago the oldest of them was \[s\]; 0 where there is none.
+    /// Age of the oldest one \[s\]; 0 if there is none.
     pub oldest_s: f64,
 }
 
-/// Tells the ends of jobs; cheap to clone.
+/// Delivers the webhooks about ended jobs; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Courier(Arc<Shared>);
 
@@ -54,7 +54,7 @@ struct Shared {
 }
 
 impl Courier {
-    /// Begins to deliver what waits, until the queue stops.
+    /// Begins to deliver the waiting webhooks, until the queue stops.
     ///
     /// # Errors
     /// The file with certificates cannot be used.
@@ -89,25 +89,25 @@ impl Courier {
             most: settings.max_deliveries,
             most_per_receiver: settings.max_deliveries_per_receiver,
         });
-        // Nobody waits for it: what is under way when the service stops is made again after the next start.
+        // Nobody waits for it: an attempt that runs when the service stops is repeated after the next start.
         drop(tokio::spawn(Arc::clone(&shared).deliver()));
         Ok(Self(shared))
     }
 
-    /// Whether this address may be called, as far as that can be said now.
+    /// Whether webhooks may be sent to this address, as far as that is known now.
     ///
     /// # Errors
-    /// It may not.
+    /// They may not.
     pub fn admit(&self, url: &CallbackUrl) -> Result<(), NotAllowed> {
         self.0.line.receivers.admit(url)
     }
 
-    /// There is something new to tell.
+    /// There is a new webhook to deliver.
     pub fn wake(&self) {
         self.0.queue.told().notify_one();
     }
 
-    /// How much waits now.
+    /// The present number of waiting webhooks.
     ///
     /// # Errors
     /// The database failed.
@@ -119,7 +119,7 @@ impl Courier {
     }
 }
 
-/// Attempts that are being made: of which job, to whom.
+/// Running attempts: the job and the receiver of each.
 #[derive(Debug, Default)]
 struct UnderWay(HashMap<Id, DueDelivery>);
 
@@ -128,7 +128,7 @@ impl UnderWay {
         self.0.values().filter(|delivery| delivery.receiver == receiver).count()
     }
 
-    /// Whom there is no room for.
+    /// The jobs and receivers without room.
     fn taken(&self, most_per_receiver: usize) -> Taken {
         let full = self.0.values().map(|delivery| &delivery.receiver);
         let full = full.filter(|receiver| self.to(receiver) >= most_per_receiver);
@@ -145,11 +145,11 @@ impl Shared {
         let mut attempts = JoinSet::new();
         loop {
             let rest = self.begin(&mut under_way, &mut attempts).await.unwrap_or_else(|fault| {
-                tracing::error!(error = %fault, "webhooks cannot be looked for");
+                tracing::error!(error = %fault, "the due webhooks cannot be read");
                 RETRY
             });
             tokio::select! {
-                // Attempts under way go with the set.
+                // Running attempts end with the set.
                 () = self.queue.stopping().cancelled() => return,
                 Some(ended) = attempts.join_next_with_id() => {
                     let id = ended.map_or_else(|fault| fault.id(), |(id, ())| id);
@@ -161,7 +161,7 @@ impl Shared {
         }
     }
 
-    /// Begins what is due as far as there is room; gives how long until there is more.
+    /// Begins the due attempts as far as there is room; returns how long until there is more to do.
     async fn begin(
         self: &Arc<Self>,
         under_way: &mut UnderWay,
@@ -180,7 +180,7 @@ impl Shared {
                 let next = self.store.next_delivery(&taken).await?;
                 return Ok(until(next.as_deref(), now));
             }
-            // Every round begins one at least: the first is to a receiver that has room.
+            // Every round begins at least one attempt: the first is to a receiver that has room.
             for delivery in due {
                 if under_way.to(&delivery.receiver) < self.most_per_receiver {
                     let job_id = delivery.job_id.clone();
@@ -192,11 +192,11 @@ impl Shared {
         }
     }
 
-    /// One attempt, made and written down.
+    /// Makes one attempt and records it.
     async fn attempt(self: Arc<Self>, job_id: String) {
         let read = match self.read(&job_id).await {
             Ok(Some(read)) => read,
-            // It was removed meanwhile.
+            // The job was removed meanwhile.
             Ok(None) => return,
             Err(fault) => {
                 tracing::error!(error = %fault, "a webhook cannot be read");
@@ -224,25 +224,25 @@ impl Shared {
         let after = self.after(&answer, pause_s);
         tell(&attempt, &after, attempts + 1);
         while let Err(fault) = self.store.end_delivery_attempt(&job_id, round, &attempt, &after).await {
-            tracing::error!(error = %fault, "an attempt cannot be written down");
+            tracing::error!(error = %fault, "an attempt to deliver a webhook cannot be stored");
             tokio::time::sleep(RETRY).await;
         }
     }
 
-    /// What comes after an answer, with so long a pause if another attempt does.
+    /// What follows an answer; `pause_s` is the pause before another attempt.
     fn after(&self, answer: &Answer, pause_s: Option<f64>) -> AfterAttempt {
         match (answer.outcome, pause_s) {
             (DeliveryOutcome::Delivered, _) => AfterAttempt::Delivered,
             (DeliveryOutcome::Gone, _) | (_, None) => AfterAttempt::GivenUp,
             (_, Some(pause_s)) => {
-                // A receiver that is busy says for how long, and is believed up to the longest pause.
+                // A busy receiver says how long to wait; that is respected up to the longest pause.
                 let asked_s = answer.retry_after_s.unwrap_or(0.0).min(longest_s(&self.pauses_s));
                 AfterAttempt::Again(self.sources.timestamp_after(pause_s.max(asked_s)))
             }
         }
     }
 
-    /// What is to be sent now.
+    /// The message to send now.
     async fn read(&self, job_id: &str) -> Result<Option<Outgoing>, StoreError> {
         let delivery = self.store.delivery(job_id).await?;
         let Some(delivery) = delivery.filter(|delivery| delivery.state == DeliveryState::Waiting) else {
@@ -259,13 +259,13 @@ impl Shared {
         let signatures = signatures(&secrets, &timestamp(now), &id, timestamp_s, &body);
         let signatures = signatures.ok_or(StoreError::NoSecret)?;
         let letter = Letter { id, timestamp_s, signatures, body: body.into(), traceparent };
-        // Taken in by a version that read addresses less strictly.
+        // It was accepted by a version that checked addresses less strictly.
         let url = document.callback_url.as_deref().and_then(|url| url.parse().ok());
         Ok(Some(Outgoing { round: delivery.round, attempts: delivery.attempts, url, letter, now }))
     }
 }
 
-/// An attempt about to be made.
+/// An attempt that is about to be made.
 #[derive(Debug)]
 struct Outgoing {
     round: i64,
@@ -275,17 +275,17 @@ struct Outgoing {
     now: Timestamp,
 }
 
-/// What comes of an address that is none.
+/// The result for an address that is not valid.
 fn not_called() -> Answer {
     Answer {
         outcome: DeliveryOutcome::AddressRefused,
         status: None,
-        detail: "callback_url is not an address that can be called".to_owned(),
+        detail: "callback_url is not a valid address".to_owned(),
         retry_after_s: None,
     }
 }
 
-/// The time until then, within what a rest may be.
+/// The time until then, within the limits of a rest.
 fn until(next: Option<&str>, now: Timestamp) -> Duration {
     let next = next.and_then(|next| next.parse::<Timestamp>().ok());
     let ahead = next.and_then(|next| Duration::try_from(next.duration_since(now)).ok());
@@ -295,12 +295,14 @@ fn until(next: Option<&str>, now: Timestamp) -> Duration {
     }
 }
 
-/// A line in the log.
+/// Writes a line to the log.
 fn tell(attempt: &DeliveryAttempt, after: &AfterAttempt, attempts: i64) {
     let (outcome, detail) = (attempt.outcome.as_str(), attempt.detail.as_str());
     match after {
         AfterAttempt::Delivered => tracing::info!(attempts, "a job's end was delivered"),
         AfterAttempt::Again(at) => tracing::warn!(attempts, outcome, detail, next = at, "not delivered"),
-        AfterAttempt::GivenUp => tracing::error!(attempts, outcome, detail, "not delivered, and given up"),
+        AfterAttempt::GivenUp => {
+            tracing::error!(attempts, outcome, detail, "a webhook was not delivered and is given up")
+        }
     }
 }

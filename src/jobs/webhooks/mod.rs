@@ -1,8 +1,9 @@
-//! Webhooks: whoever posted a job is told of its end, signed as Standard Webhooks 1.0.0 describes, again and again until
-//! it is taken or given up.
+//! Webhooks: the client that posted a job gets a message about its end, signed as Standard Webhooks 1.0.0 describes.
+//! It is sent again until the receiver accepts it or it is given up.
 //!
-//! What is to be told stands in the database from the moment the job ends (`store::deliveries`); here is who may be called,
-//! what is sent, when, and how. A process that dies in between tells it again: the receiver knows it by its id.
+//! The message is in the database from the moment the job ends (`store::deliveries`). This module decides which
+//! receivers are allowed, and what is sent, when, and how. If the process dies in between, the message is sent again:
+//! the receiver recognises it by its id.
 
 mod address;
 mod call;

@@ -1,23 +1,23 @@
-//! When an attempt that failed is made again.
+//! The time of the next attempt after a failed one.
 
 use crate::store::sha256_hex;
 
-/// Share of a pause that it may be longer: receivers that failed together are not called together again.
+/// By what share a pause may become longer: receivers that failed together are not called together again.
 const MOST_LONGER: f64 = 0.1;
 
-/// The pause after so many attempts \[s\]; none where there is no other attempt.
+/// The pause after this many attempts \[s\]; `None` if there is no further attempt.
 pub(super) fn pause_s(pauses_s: &[f64], attempts: i64, job_id: &str) -> Option<f64> {
     let index = usize::try_from(attempts.checked_sub(1)?).ok()?;
     let pause_s = *pauses_s.get(index)?;
     Some(pause_s * (1.0 + MOST_LONGER * share(&format!("{job_id} {attempts}"))))
 }
 
-/// The longest time that anything waits \[s\]: what waits longer was written by another clock.
+/// The longest possible pause \[s\]: a longer one was written under another clock.
 pub(super) fn longest_s(pauses_s: &[f64]) -> f64 {
     pauses_s.iter().copied().fold(0.0, f64::max) * (1.0 + MOST_LONGER)
 }
 
-/// A number from 0 to 1 that a text always gives.
+/// A number from 0 to 1 that depends only on the text.
 fn share(text: &str) -> f64 {
     let digest = sha256_hex(text.as_bytes());
     let first = digest.get(..4).and_then(|word| u16::from_str_radix(word, 16).ok()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Who may be called: the internet, and what the operator allows besides.
+//! Allowed receivers: the internet, and the receivers that the operator allows.
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
@@ -8,32 +8,32 @@ use super::address::is_public;
 use crate::config::AllowedReceiver;
 use crate::wire::{CallbackUrl, Host};
 
-/// Who may be called.
+/// The allowed receivers.
 #[derive(Debug, Clone, Default)]
 pub struct Receivers {
     allowed: Vec<AllowedReceiver>,
 }
 
-/// An address that may not be called.
+/// The address is not allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("not a public address; whoever runs the service can allow it with the setting webhook_allow")]
+#[error("not a public address; the operator of the service can allow it with the setting webhook_allow")]
 pub struct NotAllowed;
 
 impl Receivers {
-    /// The internet and these.
+    /// The internet and these receivers.
     #[must_use]
     pub fn new(allowed: Vec<AllowedReceiver>) -> Self {
         Self { allowed }
     }
 
-    /// Whether this address may be called, as far as that can be said without asking where its name leads.
+    /// Whether webhooks may be sent to this address, as far as that is known without looking up its name.
     ///
     /// # Errors
-    /// It may not.
+    /// They may not.
     pub fn admit(&self, url: &CallbackUrl) -> Result<(), NotAllowed> {
         let may = match &url.host {
             Host::Address(address) => self.has_address(*address),
-            // These lead to this computer everywhere (RFC 6761 §6.3); others are looked up when they are called.
+            // These names lead to this computer everywhere (RFC 6761 §6.3); others are looked up at the call.
             Host::Name(name) if is_local(name) => {
                 let loopback = [Ipv4Addr::LOCALHOST.into(), Ipv6Addr::LOCALHOST.into()];
                 self.has_name(name) || loopback.into_iter().any(|address| self.has_address(address))
@@ -43,7 +43,7 @@ impl Receivers {
         if may { Ok(()) } else { Err(NotAllowed) }
     }
 
-    /// Those of the addresses where a host was found that may be called.
+    /// The allowed addresses among those that were found for a host.
     pub(super) fn of(&self, host: &Host, mut found: Vec<IpAddr>) -> Vec<IpAddr> {
         let by_name = matches!(host, Host::Name(name) if self.has_name(name));
         found.retain(|address| by_name || self.has_address(*address));

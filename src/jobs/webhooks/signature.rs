@@ -7,26 +7,26 @@ use ring::hmac;
 use crate::store::WebhookSecretRow;
 use crate::wire::WebhookSecret;
 
-/// What every secret begins with.
+/// The prefix of every secret.
 const PREFIX: &str = "whsec_";
-/// How long a secret signs beside the next one \[s\].
+/// How long a secret signs together with the next one \[s\].
 pub const SECRET_OVERLAP_S: f64 = 86_400.0;
 /// Random bytes of a secret; the standard asks for 24 to 64.
 const SECRET_BYTES: usize = 32;
-/// Most secrets that sign one request: a header has its limits.
+/// Most secrets that sign one request: the length of a header is limited.
 const MOST_SIGNATURES: usize = 4;
 
-/// A secret that nobody has.
+/// A new random secret.
 ///
 /// # Errors
-/// The system gives no random numbers.
+/// The system provides no random numbers.
 pub fn new_webhook_secret() -> Result<WebhookSecret, getrandom::Error> {
     let mut bytes = [0; SECRET_BYTES];
     getrandom::fill(&mut bytes)?;
     Ok(WebhookSecret(format!("{PREFIX}{}", STANDARD.encode(bytes))))
 }
 
-/// Those of the secrets, newest first, that sign at this time.
+/// The secrets, newest first, that sign at this time.
 pub fn signing_now<'a>(
     secrets: &'a [WebhookSecretRow],
     now: &'a str,
@@ -35,8 +35,8 @@ pub fn signing_now<'a>(
     valid.take(MOST_SIGNATURES)
 }
 
-/// The header `webhook-signature`: one signature for each of the secrets, newest first, that sign at `now`; none where
-/// there is none.
+/// The header `webhook-signature`: one signature for each secret that signs at `now`, newest first; `None` if no
+/// secret signs.
 pub(super) fn signatures(
     secrets: &[WebhookSecretRow],
     now: &str,

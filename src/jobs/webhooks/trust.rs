@@ -1,4 +1,4 @@
-//! Whose certificates are trusted: the system's, and those of a file.
+//! Trusted certificates: those of the system and those of a file.
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -14,7 +14,7 @@ use crate::jobs::{TlsTime, TrustFault};
 /// The certificates of a `webhook_ca_file`.
 ///
 /// # Errors
-/// The file cannot be read, or holds none.
+/// The file cannot be read, or contains none.
 pub fn trusted_certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, TrustFault> {
     let unreadable = |source| TrustFault::Unreadable { path: file.to_owned(), source };
     let read = CertificateDer::pem_file_iter(file).map_err(unreadable)?;
@@ -25,22 +25,22 @@ pub fn trusted_certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>,
     Ok(certificates)
 }
 
-/// Nobody can be trusted now.
+/// No receiver can be trusted at present.
 #[derive(Debug, Error)]
 pub(super) enum NoTrust {
-    /// Neither the system nor a file has a certificate that can be read.
-    #[error("no certificate to trust a receiver by could be read")]
+    /// Neither the system nor the file has a readable certificate.
+    #[error("no trusted certificate could be read")]
     NoCertificate,
-    /// The provider does not speak TLS, which it does.
+    /// The TLS provider failed; this does not happen.
     #[error(transparent)]
     Tls(#[from] rustls::Error),
 }
 
-/// Whose certificates are trusted.
+/// The trusted certificates.
 #[derive(Debug, Default)]
 pub(super) struct Trust {
     own: Vec<CertificateDer<'static>>,
-    /// The system's are read when TLS is spoken for the first time, and again as long as none can be read.
+    /// The system's certificates are read at the first use of TLS, and again as long as none can be read.
     client: OnceLock<Arc<ClientConfig>>,
 }
 
@@ -48,16 +48,16 @@ impl Trust {
     /// The system's certificates and those of `file`.
     ///
     /// # Errors
-    /// The file cannot be read, or holds none.
+    /// The file cannot be read, or contains none.
     pub(super) fn with(file: Option<&Path>) -> Result<Self, TrustFault> {
         let own = file.map_or_else(|| Ok(Vec::new()), trusted_certificates)?;
         Ok(Self { own, client: OnceLock::new() })
     }
 
-    /// What TLS is spoken with.
+    /// The configuration of TLS.
     ///
     /// # Errors
-    /// There is no certificate that a receiver could be trusted by.
+    /// There is no trusted certificate.
     pub(super) async fn client(&self) -> Result<Arc<ClientConfig>, NoTrust> {
         if let Some(made) = self.client.get() {
             return Ok(Arc::clone(made));
@@ -68,7 +68,8 @@ impl Trust {
                     for fault in &system.errors {
                         tracing::warn!(error = %fault, "some of the system's certificates cannot be read");
                     }
-                    // Too many open files, or a store that is being written: it is asked again at the next delivery.
+                    // Too many open files, or a certificate store that is being written: the next delivery reads it
+                    // again.
                     let is_settled = system.errors.is_empty() || !system.certs.is_empty();
                     (system.certs, is_settled)
                 }
