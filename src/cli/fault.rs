@@ -75,7 +75,7 @@ pub enum CommandFault {
     /// A result would replace one of its inputs.
     #[error("{} is an input of this command and is not replaced; name another file", .0.display())]
     OwnInput(PathBuf),
-    /// The work gave no result.
+    /// The work has no result.
     #[error("{}", told(.0))]
     Work(JobFault),
     /// The command was stopped.

@@ -80,7 +80,7 @@ pub enum StartFault {
          or give --insecure to serve everybody"
     )]
     Unguarded {
-        /// The address asked for.
+        /// The configured address.
         address: SocketAddr,
     },
     /// The certificate or its key cannot be used.

@@ -3,7 +3,7 @@
 use http::HeaderValue;
 use uuid::Uuid;
 
-/// The id that we give a request, as the header that its answer has.
+/// The id that the service gives a request, as a header of its answer.
 #[derive(Debug, Clone)]
 pub(super) struct RequestId(HeaderValue);
 

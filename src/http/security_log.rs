@@ -106,7 +106,7 @@ pub(super) struct SecurityEvent {
     pub(super) source: Option<IpAddr>,
     /// Id of the key, if the request proved to have one.
     pub(super) key_id: Option<String>,
-    /// Method of the request.
+    /// HTTP method of the request.
     pub(super) method: String,
     /// Path template of the request; missing if no operation has its path.
     pub(super) route: Option<String>,

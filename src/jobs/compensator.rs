@@ -10,12 +10,12 @@ use crate::program::{Dialect, Steps};
 use crate::wear::SideBySide;
 use crate::wire::{CcFindings, CcParameters, CcReport};
 
-/// What the compensation of the CC path is computed by. The service has one; tests may give another.
+/// The compensator of the CC path. The service has one; tests may provide another.
 pub trait Compensator: Send + Sync + fmt::Debug {
-    /// Reads the program of `source`, as often as it likes, and writes the compensated one to `output`.
+    /// Reads the program of `source` as often as it needs, and writes the compensated program to `output`.
     ///
     /// # Errors
-    /// Why there is no program; what was written so far is then dropped.
+    /// The reason why there is no program; the bytes written so far are then discarded.
     #[expect(
         clippy::too_many_arguments,
         reason = "what is compensated, into what, and under which conditions"
@@ -36,12 +36,12 @@ pub trait Compensator: Send + Sync + fmt::Debug {
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String;
 }
 
-/// What came of a program.
+/// The result for a program.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
     /// For the report.
     pub findings: CcFindings,
-    /// The dialect it was read in.
+    /// Dialect in which it was read.
     pub dialect: Dialect,
     /// The steps that changed something.
     pub steps: Steps,

@@ -10,7 +10,7 @@ use crate::wire::{Fault, Unreadable};
 /// Why there is no job.
 #[derive(Debug, Error)]
 pub enum JobFault {
-    /// The parameters are no document of the operation.
+    /// The parameters are not a document of this operation.
     #[error(transparent)]
     Unreadable(#[from] Unreadable),
     /// Parameters do not fit, each with its pointer.
@@ -22,13 +22,13 @@ pub enum JobFault {
     /// The pool has no place, or the computation panicked.
     #[error(transparent)]
     Compute(#[from] ComputeFault),
-    /// The work gave no result.
+    /// The work has no result.
     #[error(transparent)]
     Compensator(#[from] CompensatorFault),
     /// The drives cannot run the program.
     #[error(transparent)]
     Servo(#[from] crate::servo::ServoFault),
-    /// The part's surface is none, or too large.
+    /// The part's surface is not valid, or too large.
     #[error(transparent)]
     PartSurface(#[from] PartSurfaceFault),
     /// A file could not be kept.
@@ -37,7 +37,7 @@ pub enum JobFault {
     /// The row could not be stored.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The caller has its share of what jobs need.
+    /// The caller holds its full share.
     #[error(transparent)]
     NoShare(#[from] NoShare),
     /// As many jobs wait as may.
@@ -46,16 +46,16 @@ pub enum JobFault {
         /// How many.
         waiting: usize,
     },
-    /// The machine's revision does not read back: a fault of ours.
+    /// The machine's revision cannot be read: a fault of the service.
     #[error("the machine's revision cannot be used any more")]
     MachineLost,
-    /// The process died while it computed this.
+    /// The process died while it computed this job.
     #[error(
         "the process ended unexpectedly while it computed this job and nothing else, five times; three deaths beside other work \
          came before"
     )]
     ProcessDied,
-    /// The key is taken by another request.
+    /// The key was used for another request.
     #[error("the idempotency key was used for another request")]
     KeyReused,
     /// The report could not be printed.

@@ -92,7 +92,7 @@ impl Memory {
     /// Begins a request and reserves the memory that every request needs.
     ///
     /// # Errors
-    /// There is no room for it.
+    /// There is no memory for it.
     pub fn open(&self, payer: &Who) -> Result<Account, MemoryFault> {
         let kept = Mutex::new(self.0.none_of(payer));
         let account =
@@ -175,7 +175,7 @@ impl Account {
     /// Reserves the announced memory when the computation begins.
     ///
     /// # Errors
-    /// There is no room for it.
+    /// There is no memory for it.
     pub(super) fn begin_work(&self) -> Result<(), MemoryFault> {
         match self.0.working.swap(0, Ordering::Relaxed) {
             0 => Ok(()),

@@ -231,8 +231,8 @@ fn warnings(parameters: &CompensationParameters, report: &process::CompensationR
     warnings
 }
 
-/// The figure of a report, as SVG text: the contact's path where it was compensated, else the worn cutter's contact, else
-/// the errors of motions.
+/// The figure of a report as SVG text: the contact path if it was compensated, else the contact of the worn cutter,
+/// else the errors of motions.
 #[must_use]
 pub fn one_pass_figure(report: &CompensationReport) -> String {
     let findings = &report.findings;

@@ -17,16 +17,16 @@ pub enum OpenFault {
     /// The files.
     #[error("the files cannot be used: {0}")]
     Blobs(#[from] BlobFault),
-    /// The certificates that receivers of webhooks are trusted by.
+    /// The certificates for receivers of webhooks cannot be used.
     #[error(transparent)]
     Trust(#[from] TrustFault),
-    /// The system gives no random numbers.
+    /// The system provides no random numbers.
     #[error("the system gives no random numbers: {0}")]
     NoRandomness(getrandom::Error),
     /// The system gives no thread.
     #[error("the system gives no thread: {0}")]
     Thread(std::io::Error),
-    /// The example profile: a fault of ours.
+    /// The example profile is wrong: a fault of the service.
     #[error("the example machine has {} faults", .0.len())]
     Example(Vec<Fault>),
 }

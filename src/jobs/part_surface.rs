@@ -10,8 +10,8 @@ use crate::process::ProgramSource;
 use crate::surface::{Mesh, MeshFault, MeshSettings, STL_HEADER_BYTES, stl_facets_at_most};
 use crate::wire::SurfaceReading;
 
-/// How many facets a file has at most, from its first bytes and its length: exactly for a binary one. A text that has
-/// more is not read beyond them.
+/// Largest number of facets in a file, from its first bytes and its length; exact for a binary file. Further facets
+/// of a text file are not read.
 pub(super) fn facets_of(surface: &InputFile) -> io::Result<u64> {
     let mut start = Vec::new();
     surface.open()?.take(STL_HEADER_BYTES as u64).read_to_end(&mut start)?;

@@ -33,7 +33,7 @@ pub struct ProgramJob {
     pub by: Actor,
 }
 
-/// Does the work in the pool and stores what came of it.
+/// Does the work in the pool and stores the result.
 ///
 /// # Errors
 /// The reason why there is no job.

@@ -6,7 +6,7 @@ use crate::process::{self, LineFault, LineFaultKind, LineFaults, ToolUnknown};
 use crate::program::{Diagnostic, DiagnosticCode, Diagnostics};
 use crate::wire::{Fault, verification_fault};
 
-/// What a program is refused for.
+/// Class of a refusal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RefusalClass {
     /// Lines that cannot be read, followed or compensated.
@@ -15,13 +15,13 @@ pub enum RefusalClass {
     ToleranceOutOfReach,
     /// An axis is commanded outside its travel.
     OutOfTravel,
-    /// A parameter that does not fit this program.
+    /// A parameter does not fit this program.
     Parameter,
     /// More work than one request may cause.
     TooCostly,
-    /// Nobody says in which unit the program counts.
+    /// The unit of the program is not known.
     UnitUnknown,
-    /// A step that was done to the program before.
+    /// A step that was already applied to the program.
     AlreadyCompensated,
 }
 
@@ -32,7 +32,7 @@ pub struct Refusal {
     pub class: RefusalClass,
     /// In a sentence.
     pub detail: String,
-    /// First line of the upload concerned, 1-based.
+    /// First line of the upload that it concerns, 1-based.
     pub line: Option<u64>,
     /// Text of that line.
     pub block: Option<String>,
@@ -40,19 +40,19 @@ pub struct Refusal {
     pub errors: Vec<Fault>,
 }
 
-/// Why a compensator gives no program.
+/// Why a compensator returns no program.
 #[derive(Debug, Error)]
 pub enum CompensatorFault {
     /// The program or its parameters are at fault.
     #[error("{}", .0.detail)]
     Refused(Box<Refusal>),
-    /// The caller no longer wants the answer.
+    /// The caller does not need the answer any more.
     #[error("cancelled")]
     Cancelled,
     /// A file could not be read or written.
     #[error("program text: {0}")]
     Io(#[from] std::io::Error),
-    /// The written program is not what was meant: a fault of ours.
+    /// The written program is not the intended one: a fault of the service.
     #[error("verification failed at line {line}: {what}")]
     VerificationFailed {
         /// Line of the upload.
@@ -62,7 +62,7 @@ pub enum CompensatorFault {
     },
 }
 
-/// A fault of the core as the service tells it.
+/// A fault of the core for the client.
 pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {
     match refused(&fault) {
         Some(refusal) => CompensatorFault::Refused(Box::new(refusal)),

@@ -8,7 +8,7 @@ use tempfile::NamedTempFile;
 use crate::process::{self, Place};
 use crate::store::Blobs;
 
-/// Files for what rests between two steps; they go with this.
+/// Files for data between two steps; they are removed with this value.
 pub(super) struct Resting {
     blobs: Blobs,
     files: Mutex<[Option<NamedTempFile>; Place::ALL.len()]>,

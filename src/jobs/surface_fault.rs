@@ -4,27 +4,27 @@ use thiserror::Error;
 
 use crate::surface::{MeshFault, StlFault};
 
-/// Why an uploaded surface is not worked with.
+/// Why an uploaded surface is not used.
 #[derive(Debug, Error)]
 pub enum PartSurfaceFault {
-    /// It would take more memory than surfaces may.
+    /// It needs more memory than surfaces may have.
     #[error(
-        "a surface of {facets} facets takes an estimated {estimated_bytes} bytes of memory, at most {limit_bytes} are allowed"
+        "a surface of {facets} facets needs an estimated {estimated_bytes} bytes of memory, but the limit is {limit_bytes}; upload fewer facets, or raise max_surface_memory_bytes"
     )]
     TooLarge {
-        /// Facets it states, or has room for.
+        /// Number of facets that the file states, or has room for.
         facets: u64,
-        /// What reading them takes.
+        /// Memory for reading them.
         estimated_bytes: u64,
         /// What there is.
         limit_bytes: u64,
     },
-    /// Other surfaces leave too little memory at the moment.
+    /// Other surfaces leave too little memory at present.
     #[error(
-        "the surfaces that are being worked on leave less than the {estimated_bytes} bytes of memory that this one takes"
+        "other surfaces in use leave less than the {estimated_bytes} bytes of memory that this surface needs; retry later"
     )]
     NoRoom {
-        /// What reading it takes.
+        /// Memory for reading it.
         estimated_bytes: u64,
     },
     /// It is no surface.
@@ -33,7 +33,7 @@ pub enum PartSurfaceFault {
 }
 
 impl PartSurfaceFault {
-    /// Whether it is only too large.
+    /// Whether the only fault is its size.
     #[must_use]
     pub fn is_too_large(&self) -> bool {
         matches!(self, Self::TooLarge { .. } | Self::Mesh(MeshFault::Stl(StlFault::TooManyFacets { .. })))

@@ -7,18 +7,18 @@ use crate::process::Stop;
 use crate::program::Steps;
 use crate::store::Draft;
 
-/// What there is to work on, and with.
+/// The inputs and means of the work.
 #[derive(Clone, Copy)]
 pub struct Workplace<'a> {
     /// The program.
     pub program: &'a InputFile,
-    /// The part's surface, where one came with it.
+    /// The part's surface, if one was uploaded.
     pub surface: Option<&'a InputFile>,
     /// Where results go.
     pub spool: &'a Spool,
     /// Threads for work in parts.
     pub threads: &'a Threads,
-    /// Breaks when nobody waits for the result any more.
+    /// Breaks when nobody needs the result any more.
     pub stop: &'a Stop<'a>,
 }
 
@@ -28,7 +28,7 @@ impl std::fmt::Debug for Workplace<'_> {
     }
 }
 
-/// Bytes gathered before a result is written.
+/// Bytes that are collected before a result is written.
 const GATHERED: usize = 1 << 18;
 
 impl Workplace<'_> {
@@ -38,28 +38,28 @@ impl Workplace<'_> {
     }
 }
 
-/// A result with its last bytes.
+/// A result after its last bytes.
 pub(super) fn written(output: BufWriter<Draft>) -> Result<Draft, JobFault> {
     output.into_inner().map_err(|fault| CompensatorFault::Io(fault.into_error()).into())
 }
 
-/// What the work has made.
+/// The result of the work.
 #[derive(Debug)]
 pub struct Finished {
     /// The report, as JSON text.
     pub report: String,
-    /// A program or a table, where the operation makes one.
+    /// A program or a table, if the operation makes one.
     pub output: Option<Draft>,
-    /// The table of changes, where it makes one.
+    /// The table of changes, if the operation makes one.
     pub changes: Option<Draft>,
-    /// The steps that changed the program, where the operation has any.
+    /// The steps that changed the program, if the operation has steps.
     pub steps: Option<Steps>,
-    /// Motions of a compensated program that were looked at.
+    /// Number of motions that were checked in a compensated program.
     pub motions_checked: Option<u64>,
 }
 
 impl Finished {
-    /// A report, and nothing else yet.
+    /// A report without files.
     pub(super) fn of(report: &impl serde::Serialize) -> Result<Self, JobFault> {
         let report = serde_json::to_string(report)?;
         Ok(Self { report, output: None, changes: None, steps: None, motions_checked: None })

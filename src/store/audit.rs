@@ -14,7 +14,7 @@ pub struct Actor {
     pub origin: AuditOrigin,
     /// The key of the request.
     pub key_id: Option<String>,
-    /// Method of the request.
+    /// HTTP method of the request.
     pub method: Option<String>,
     /// Path template of the request.
     pub route: Option<String>,

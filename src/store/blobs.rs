@@ -79,7 +79,7 @@ pub struct SoundFile {
     pub file: File,
     /// Its state before it was verified.
     pub state: FileState,
-    /// Its length \[bytes\].
+    /// Length of the file \[bytes\].
     pub length: u64,
 }
 

@@ -76,7 +76,7 @@ pub enum Output {
     Interpolated,
 }
 
-/// The form of the program text.
+/// Dialect of the program text.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Dialect {

@@ -164,7 +164,7 @@ pub struct MachineDocument {
     /// Counts up from 1; a revision never changes.
     #[schema(example = 3)]
     pub revision: i64,
-    /// When this revision was stored.
+    /// Time at which this revision was stored.
     #[schema(example = "2026-03-14T09:26:53.589Z")]
     pub created_at: String,
     /// The profile, normalised.

@@ -54,7 +54,7 @@ pub enum MachineFault {
         /// The letter.
         letter: char,
     },
-    /// NaN, infinite or absurdly large.
+    /// NaN, infinite or too large.
     #[error("{value:e} is not a finite number of magnitude at most {max_abs}")]
     Absurd {
         /// The field.

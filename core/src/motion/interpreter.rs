@@ -32,7 +32,7 @@ pub struct InterpreterOptions {
     /// Where the axes stand before the first block, as words in the first work offset: X Y Z \[mm\], the rotaries in the
     /// profile's order \[deg\].
     pub start: [Option<f64>; 5],
-    /// Where the work offsets are.
+    /// Positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
 }
 

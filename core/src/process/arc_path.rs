@@ -320,7 +320,7 @@ mod tests {
     use crate::motion::{Interpreter, InterpreterOptions};
     use crate::program::{Diagnostics, Dialect, ReadLimits, Reader};
 
-    /// Rounding of a few operations on lengths of some ten millimetres \[mm\].
+    /// Rounding of a few operations on lengths of ten to twenty millimetres \[mm\].
     const ROUNDING_MM: f64 = 1e-12;
     const XY: [usize; 2] = [0, 1];
 

@@ -387,7 +387,7 @@ impl Batch {
         self.offset
     }
 
-    /// The dialect it was read in.
+    /// The dialect in which it was read.
     #[must_use]
     pub fn dialect(&self) -> Dialect {
         self.dialect

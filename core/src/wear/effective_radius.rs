@@ -14,7 +14,7 @@ pub enum LeadFault {
     OutOfRange {
         /// The angle asked for \[deg\].
         lead_deg: f64,
-        /// Smallest accepted \[deg\].
+        /// Smallest angle accepted \[deg\].
         min_deg: f64,
         /// Largest accepted \[deg\].
         max_deg: f64,

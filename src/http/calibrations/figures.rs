@@ -32,7 +32,7 @@ pub(super) enum CalibrationPlot {
     Residuals,
 }
 
-/// Which figure is drawn where the answer is one.
+/// The figure to draw if the answer is a figure.
 #[derive(Debug, Clone, Copy, Default, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]

@@ -14,7 +14,7 @@ pub struct FinishedSpan<'a> {
     pub trace: Trace,
     /// Id of the operation.
     pub operation: &'a str,
-    /// Method of the request.
+    /// HTTP method of the request.
     pub method: &'static str,
     /// Pattern of the path, if one matched.
     pub route: Option<&'a str>,

@@ -139,7 +139,7 @@ async fn program(
         faults.push(|| Fault::new("/drives", detail));
     }
     if request.laps.is_some() {
-        faults.push(|| Fault::new("/laps", "an open path has no laps"));
+        faults.push(|| Fault::new("/laps", "an open path has no laps; remove this member"));
     }
     let drives = current.as_ref().and_then(|(_, machine)| machine.drives.as_ref());
     parameters.to_core(drives, &mut faults);

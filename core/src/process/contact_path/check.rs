@@ -31,7 +31,7 @@ const SAME_EXTRA: f64 = 1e-3;
 /// A part is measured where a proof found at least this share of the largest deviation so far.
 const NEAR_LARGEST: f64 = 0.9;
 
-/// What the next motion of the written program has to be.
+/// What the next motion of the written program must be.
 #[derive(Debug)]
 pub(in crate::process) enum ExpectedMotion<'a> {
     /// A block left as it was.
@@ -203,7 +203,7 @@ pub(in crate::process) struct PathCheck<'a> {
     pub(in crate::process) exact: Option<(usize, usize)>,
     pub(in crate::process) milestones: Milestones,
     pub(in crate::process) found: BeforeAfter,
-    /// What became of the motions read back, to be taken away.
+    /// The results of the motions read back. The caller takes them away.
     pub(in crate::process) judged: Vec<Judged>,
     pub(in crate::process) effort: Effort<'a>,
 }

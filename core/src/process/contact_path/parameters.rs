@@ -28,11 +28,11 @@ pub struct CcParameters {
     pub tool: Option<Tool>,
     /// Largest deviation of the contact point from its line.
     pub tolerance: Length,
-    /// Where contacts come from.
+    /// The source of contacts.
     pub contact: ContactSource,
-    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    /// An assumed contact belongs to another pass if the feed direction turns by more than this.
     pub pass_break: Angle,
-    /// How the tip is moved.
+    /// How the tip moves.
     pub correction: Correction,
     /// How blocks are divided.
     pub output: OutputForm,
@@ -42,7 +42,7 @@ pub struct CcParameters {
     pub max_feed: Option<Feedrate>,
     /// What the control takes for a block at least \[s\], where that is known.
     pub block_time_s: Option<f64>,
-    /// What the computation may cost.
+    /// Cost limits of the computation.
     pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
@@ -82,7 +82,7 @@ impl CcParameters {
     /// `auto` resolved.
     ///
     /// # Errors
-    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
+    /// It is not known which tool cuts, the program cannot be read, or the caller no longer waits.
     pub(in crate::process) fn with_tools(
         &self,
         contact: ContactSource,

@@ -19,7 +19,7 @@ pub(in crate::process) struct Preparation<'a> {
     vectors: ToolVectors,
     joints: JointLanes,
     poses: PoseLanes,
-    /// Of everything prepared.
+    /// The inventory of everything prepared.
     inventory: Inventory,
 }
 

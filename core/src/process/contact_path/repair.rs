@@ -48,7 +48,7 @@ pub fn compensate(
 /// `stop` is asked every few milliseconds.
 ///
 /// # Errors
-/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+/// Why the program is refused. `output` must then be thrown away and not be run.
 pub fn compensate_side_by_side(
     machine: &Machine,
     parameters: &CcParameters,

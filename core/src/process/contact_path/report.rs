@@ -1,4 +1,4 @@
-//! The report that goes with a compensated program.
+//! The report of a compensated program.
 
 use crate::motion::Interpolation;
 use crate::process::fault::Warning;

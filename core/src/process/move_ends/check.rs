@@ -31,7 +31,7 @@ const TURNED: f64 = std::f64::consts::SQRT_2 * 1.1;
 /// Arithmetic of inches and increments \[mm\].
 const ARITHMETIC_MM: f64 = 1e-7;
 
-/// What the next motion of the written program has to be.
+/// What the next motion of the written program must be.
 #[derive(Debug)]
 pub(super) struct ExpectedEnd {
     /// The source's motion with the ends, the contact words and the F that were planned.
@@ -70,7 +70,7 @@ pub(super) struct EndsCheck<'a> {
     pub(super) if_assumed: DeviationTotals,
     /// Angle between the tool axis read and the one meant \[rad\].
     pub(super) axis_left: Largest<Angle>,
-    /// What became of the motions read back, to be taken away.
+    /// The results of the motions read back. The caller takes them away.
     changes: Vec<BlockChange>,
     stop: &'a Stop<'a>,
 }

@@ -40,7 +40,7 @@ pub fn compensate_wear(
 /// one's at every point, before this function returns; the report's `after` comes from that reading.
 ///
 /// # Errors
-/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+/// Why the program is refused. `output` must then be thrown away and not be run.
 pub fn compensate_wear_side_by_side(
     machine: &Machine,
     parameters: &WearParameters,

@@ -72,7 +72,7 @@ impl<'a> Moves<'a> {
     /// The same for a program that was looked through, with the tool of each section.
     ///
     /// # Errors
-    /// Which tool cuts is not known, the program cannot be read, or nobody waits any more.
+    /// It is not known which tool cuts, the program cannot be read, or the caller no longer waits.
     pub(super) fn with_tools(
         &self,
         calls: &ToolCalls,

@@ -50,19 +50,20 @@ pub enum LengthInControl {
 /// The parameters of a wear compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearParameters {
-    /// The cutter (R, r) the program was made for; `None`: each section's own from the machine's tool table.
+    /// The cutter (R, r) for which the program was made; `None` takes each section's cutter from the machine's tool
+    /// table.
     pub nominal: Option<Tool>,
-    /// The cutter that cuts; `None`: as the table has it.
+    /// The worn cutter; `None` takes it from the table.
     pub worn: Option<WornCutter>,
     /// End or flank.
     pub milling: Milling,
-    /// ΔL = L − L′; 0 where the lengths are not given.
+    /// ΔL = L − L′; 0 if the lengths are not given.
     pub shorter_by: Length,
-    /// Which of the two lengths the control has.
+    /// The length that the control has: nominal or actual.
     pub length_in_control: LengthInControl,
-    /// Where contacts come from; the tip is none.
+    /// The source of contacts; the tip gives no contact here.
     pub contact: ContactSource,
-    /// Where the feed turns by more, an assumed contact belongs to another pass.
+    /// An assumed contact belongs to another pass if the feed direction turns by more than this.
     pub pass_break: Angle,
     /// What the text does not say, with the nominal tool length.
     pub program: ProgramSetup,

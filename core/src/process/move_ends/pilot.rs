@@ -20,7 +20,7 @@ use crate::process::set_up::{ContactSource, SetUps, turn_between, turns};
 use crate::units::Length;
 use crate::wear::{FlatContact, ShiftFault};
 
-/// A chord shorter than this has no direction but that of rounding \[mm\].
+/// The direction of a shorter chord is only rounding \[mm\].
 const RESTING_MM: f64 = 1e-6;
 
 /// What becomes of a motion.

@@ -28,7 +28,7 @@ impl<T: PartialOrd> Largest<T> {
 pub(in crate::process) struct Posting {
     /// Motions posted.
     pub(in crate::process) posted: u64,
-    /// Those whose rotary words changed.
+    /// Motions whose rotary words changed.
     pub(in crate::process) turned: u64,
     /// Distance between the tips of the machine as it is and as meant.
     pub(in crate::process) tip: Largest<Length>,

@@ -40,7 +40,7 @@ impl CurvatureAcross {
 pub struct WearReport {
     /// The dialect read and written.
     pub dialect: Dialect,
-    /// Who interpolates: with TCP where the program switches it on or the parameter says so.
+    /// Interpolation mode: TCP if the program switches it on or the parameter asks for it.
     pub interpolation: Interpolation,
     /// Where contacts came from.
     pub contact: ContactSource,

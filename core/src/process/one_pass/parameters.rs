@@ -68,7 +68,7 @@ pub struct CcStep {
     pub contact: ContactSource,
     /// An assumed contact belongs to another pass if the feed direction turns by more than this.
     pub pass_break: Angle,
-    /// How the tip is moved.
+    /// How the tip moves.
     pub correction: Correction,
     /// How blocks are divided.
     pub output: OutputForm,

@@ -85,10 +85,10 @@ impl ProgramSetup {
         }
     }
 
-    /// The same, with the tools that were found at work in the program; `stated` is the request's cutter.
+    /// The same with the tools found at work in the program. `stated` is the request's cutter.
     ///
     /// # Errors
-    /// Which tool cuts is not known.
+    /// It is not known which tool cuts.
     pub(in crate::process) fn with_tools_at_work(
         &self,
         stated: Option<Tool>,
@@ -100,7 +100,7 @@ impl ProgramSetup {
         Ok(Self { tools, ..self.clone() })
     }
 
-    /// The same with every length known to the control shorter by so much.
+    /// The same with every length known to the control shorter by `shorter_by`.
     pub(in crate::process) fn with_shorter_tools(&self, shorter_by: Length) -> Self {
         Self { tools: self.tools.with_shorter(shorter_by), ..self.clone() }
     }

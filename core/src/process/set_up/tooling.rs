@@ -146,7 +146,7 @@ impl Tools {
         Ok(Self { by_section: Some(Arc::new(tooling)), ..self.clone() })
     }
 
-    /// The same with every length known to the control shorter by so much.
+    /// The same with every length known to the control shorter by `shorter_by`.
     pub(super) fn with_shorter(&self, shorter_by: Length) -> Self {
         let mut tooling = Tooling::clone(&self.tooling());
         tooling.each(|used| used.length = used.length.map(|length| length - shorter_by));

@@ -9,13 +9,13 @@ use crate::servo::{DriveSet, FeedProfile};
 pub struct SimulationParameters {
     /// Drives of the axes that move.
     pub drives: DriveSet,
-    /// What the text does not say.
+    /// The caller's statements that the text does not have.
     pub program: ProgramSetup,
     /// Sample period of the command \[s\].
     pub period_s: f64,
-    /// Jerk-limited feed; without one every block runs at its feed, and feed changes are steps.
+    /// Jerk-limited feed. Without it every block runs at its feed, and the feed changes in steps.
     pub profile: Option<FeedProfile>,
-    /// With a profile: corners of the tip's path sharper than this are exact stops \[rad\].
+    /// With a profile: the machine stops exactly at corners of the tip's path that are sharper than this \[rad\].
     pub stop_at_corners_above_rad: f64,
     /// Normal of the plane in which the contour error gets a sign.
     pub plane_normal: Option<Vec3>,

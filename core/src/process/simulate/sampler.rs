@@ -16,7 +16,7 @@ use crate::servo::{AxisLetter, MovingAverage, ServoFault, ToolRun, letters_of};
 /// Samples handed to the drives at a time, a multiple of a block of the stepping.
 const CHUNK: usize = 1024;
 
-/// Takes the largest contour error of a line \[mm\], line after line.
+/// Receives the largest contour error of a line \[mm\], line after line.
 pub(in crate::process) type LinePeaks<'n> = &'n mut dyn FnMut(u64, f64) -> Result<(), Fault>;
 
 /// One motion at feed.

@@ -27,7 +27,7 @@ const ARITHMETIC_MM: f64 = 1e-7;
 const LAST_BIT: f64 = 1e-9;
 /// Words pass through binary fractions \[deg\].
 const SAME_STEP_DEG: f64 = 1e-6;
-/// What the next motion of the written program has to be.
+/// What the next motion of the written program must be.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,

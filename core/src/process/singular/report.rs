@@ -55,7 +55,7 @@ impl LeftReason {
         }
     }
 
-    /// What it means, in a sentence.
+    /// The warning in words.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -203,7 +203,7 @@ pub struct SingularityReport {
     pub motions_singular: u64,
     /// Regions found; the first [`SingularityReport::MAX_REGIONS`] are in `regions`.
     pub regions_found: u64,
-    /// The first ones, in the order of the program.
+    /// The first faults, in program order.
     pub regions: Vec<SingularRegion>,
     /// Regions in which something was changed.
     pub regions_treated: u64,

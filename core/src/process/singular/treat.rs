@@ -43,7 +43,7 @@ const HELD: usize = usize::MAX;
 /// of the contact's path, which then takes the written program for its source.
 ///
 /// # Errors
-/// Why the program is refused; `output` then holds text that must not be run and has to be thrown away.
+/// Why the program is refused. `output` must then be thrown away and not be run.
 pub fn treat_singular_regions(
     machine: &Machine,
     cc: &CcParameters,

@@ -25,7 +25,7 @@ impl Survey {
         let mut input = source.open()?;
         let mut batch = Batch::new();
         let mut chunk = vec![0; CHUNK_BYTES];
-        // Where lines end is known, they are looked at in pieces; the last one may not be whole yet.
+        // Once line ends are known, lines are looked at in pieces. The last line may not be complete yet.
         let mut pending = Vec::new();
         let mut glance = None;
         let (mut broken, mut ended) = (false, false);
@@ -41,7 +41,7 @@ impl Survey {
             while let Some(length) = whole_lines(&pending[taken..], ended) {
                 let piece = &pending[taken..taken + length];
                 taken += length;
-                // Behind a piece of a line the rest of it has to be read.
+                // After a piece of a line, the rest of the line has to be read.
                 let is_read = broken || piece.last() != Some(&b'\n');
                 broken |= is_read;
                 if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
@@ -58,7 +58,7 @@ impl Survey {
                     continue;
                 }
                 reader.feed(piece);
-                // In the order of the program: what is told by bytes stands behind all that is read.
+                // In program order: lines looked at by their bytes come after everything that was read.
                 while if plain.is_some() {
                     reader.next_part(&mut batch)?
                 } else {
@@ -67,7 +67,7 @@ impl Survey {
                     survey.see(&batch, rotary);
                     glance = Glance::behind(&batch, rotary);
                 }
-                // A statement that hangs on the one behind it is not given before that is there.
+                // A statement that depends on the next one is not returned before that one is there.
                 if let Some(plain) = plain.filter(|_| !broken)
                     && let Some((behind, lines)) = plain.behind(reader.rest(), &survey)
                 {
@@ -96,7 +96,7 @@ mod tests {
     use crate::machine::Preset;
     use crate::program::Grammar;
 
-    /// What all of the text tells where every word is read.
+    /// The survey of the whole text with every word read.
     fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
         let mut survey = Survey::nothing();
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());

@@ -31,9 +31,9 @@ const LEAST_INCH_DECIMALS: u8 = 4;
 const LEAST_ROTARY_DECIMALS: u8 = 3;
 /// Units that differ by less are one \[mm\].
 const SAME_UNIT_MM: f64 = 1e-9;
-/// Decimals beyond these are arithmetic of the post, not resolution of the control.
+/// Further decimals are arithmetic of the post, not resolution of the control.
 pub(in crate::process) const CONTROL_DECIMALS: u8 = 6;
-/// G codes of a block that can state a contact point, in tenths: motion, plane, units, distance, feed and
+/// G codes that a block with a contact point may have, in tenths: motion, plane, units, distance, feed and
 /// compensation off, tool-centre-point control, work offsets.
 const CUTTING_CODES: [u32; 22] =
     [0, 10, 20, 30, 170, 180, 190, 200, 210, 400, 430, 434, 490, 540, 550, 560, 570, 580, 590, 900, 930, 940];
@@ -52,8 +52,8 @@ impl Survey {
         }
     }
 
-    /// Refuses steps that were done to the program before, but for those that may be repeated where the caller allows it. A stamp
-    /// whose steps cannot be read may be that of any step.
+    /// Refuses steps that were done to the program before, unless they may be repeated and the caller allows it. A
+    /// stamp whose steps cannot be read may be that of any step.
     pub(in crate::process) fn refuse_repeated(self, asked: Steps, allow_repeated: bool) -> Result<(), Fault> {
         if let Some(text) = self.borne.unreadable.filter(|_| !asked.is_empty()) {
             return Err(Fault::StampUnreadable { text });
@@ -106,8 +106,8 @@ impl Survey {
         [self.linear_decimals.max(least), self.rotary_decimals.max(LEAST_ROTARY_DECIMALS)]
     }
 
-    /// The contact source for this program: `auto` takes the first available of program, normals and surface, else the tip;
-    /// one that was asked for must be there.
+    /// The contact source for this program. `auto` takes the first available of program, normals and surface,
+    /// otherwise the tip. Any other source must be available.
     pub(in crate::process) fn contact(
         self,
         asked: ContactSource,
