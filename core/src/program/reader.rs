@@ -126,24 +126,6 @@ impl Reader {
         self.current.offset += bytes as u64;
     }
 
-    /// Counts so many lines that are not fed, each of them a statement: what comes behind them has the number it has in
-    /// the text. Places in bytes do not follow.
-    pub fn pass_over_lines(&mut self, lines: u64) {
-        self.next_line += lines;
-    }
-
-    /// What was fed and not given.
-    #[must_use]
-    pub fn rest(&self) -> &[u8] {
-        self.pending.get(self.taken..).unwrap_or_default()
-    }
-
-    /// Goes on behind all that was fed, so many lines. Only where all [parts](Self::next_part) were taken.
-    pub fn pass_over_rest(&mut self, lines: u64) {
-        self.held = self.pending.len() - self.taken;
-        self.pass_over(lines, self.held);
-    }
-
     fn give(&mut self, batch: &mut Batch, partly: bool) -> Result<bool, ReadFault> {
         if let Some(fault) = self.failed {
             return Err(fault);

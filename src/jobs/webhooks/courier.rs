@@ -302,7 +302,7 @@ fn tell(attempt: &DeliveryAttempt, after: &AfterAttempt, attempts: i64) {
         AfterAttempt::Delivered => tracing::info!(attempts, "a job's end was delivered"),
         AfterAttempt::Again(at) => tracing::warn!(attempts, outcome, detail, next = at, "not delivered"),
         AfterAttempt::GivenUp => {
-            tracing::error!(attempts, outcome, detail, "a webhook was not delivered and is given up")
+            tracing::error!(attempts, outcome, detail, "a webhook was not delivered and is given up");
         }
     }
 }

@@ -49,12 +49,6 @@ impl ToolCalls {
         }
     }
 
-    /// Takes note of skipped lines that call no tool.
-    #[inline]
-    pub(in crate::process) fn pass_over(&mut self) {
-        self.has_moved = true;
-    }
-
     fn take(&mut self, batch: &Batch, block: &Block) {
         let before = self.spindle.tool();
         let name = self.spindle.see(batch, block);

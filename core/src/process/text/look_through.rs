@@ -2,8 +2,6 @@
 
 use std::ops::ControlFlow;
 
-use super::glance::{Glance, line_count, whole_lines};
-use super::plain_lines::PlainLines;
 use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
 use super::survey::Survey;
 use crate::machine::Machine;
@@ -25,57 +23,20 @@ impl Survey {
         let mut input = source.open()?;
         let mut batch = Batch::new();
         let mut chunk = vec![0; CHUNK_BYTES];
-        // Once line ends are known, lines are looked at in pieces. The last line may not be complete yet.
-        let mut pending = Vec::new();
-        let mut glance = None;
-        let (mut broken, mut ended) = (false, false);
-        while !ended {
+        loop {
             if stop().is_break() {
                 return Err(Fault::Cancelled);
             }
             let count = read_some(&mut *input, &mut chunk)?;
-            ended = count == 0;
-            stamps.see(&chunk[..count]);
-            pending.extend_from_slice(&chunk[..count]);
-            let mut taken = 0;
-            while let Some(length) = whole_lines(&pending[taken..], ended) {
-                let piece = &pending[taken..taken + length];
-                taken += length;
-                // After a piece of a line, the rest of the line has to be read.
-                let is_read = broken || piece.last() != Some(&b'\n');
-                broken |= is_read;
-                if !is_read && glance.is_some_and(|glance: Glance| glance.tells_nothing_new(piece, &survey)) {
-                    reader.pass_over_lines(line_count(piece));
-                    survey.tools.pass_over();
-                    continue;
-                }
-                let plain = reader.dialect().and_then(|dialect| PlainLines::of(dialect, rotary));
-                if let Some(plain) = plain.filter(|_| !is_read && reader.is_between_lines())
-                    && let Some((behind, lines)) = plain.behind(piece, &survey)
-                {
-                    reader.pass_over(lines, piece.len());
-                    survey = behind;
-                    continue;
-                }
-                reader.feed(piece);
-                // In program order: lines looked at by their bytes come after everything that was read.
-                while if plain.is_some() {
-                    reader.next_part(&mut batch)?
-                } else {
-                    reader.next_batch(&mut batch)?
-                } {
-                    survey.see(&batch, rotary);
-                    glance = Glance::behind(&batch, rotary);
-                }
-                // A statement that depends on the next one is not returned before that one is there.
-                if let Some(plain) = plain.filter(|_| !broken)
-                    && let Some((behind, lines)) = plain.behind(reader.rest(), &survey)
-                {
-                    reader.pass_over_rest(lines);
-                    survey = behind;
-                }
+            let text = &chunk[..count];
+            stamps.see(text);
+            if count == 0 {
+                break;
             }
-            pending.drain(..taken);
+            reader.feed(text);
+            while reader.next_batch(&mut batch)? {
+                survey.see(&batch, rotary);
+            }
         }
         reader.finish();
         while reader.next_batch(&mut batch)? {

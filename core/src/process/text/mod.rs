@@ -2,12 +2,10 @@
 //! followed.
 
 mod dialect_fit;
-mod glance;
 mod inventory;
 mod line_map;
 mod look_through;
 mod numbering;
-mod plain_lines;
 mod reading;
 mod spool;
 mod stream;
