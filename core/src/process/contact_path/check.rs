@@ -104,7 +104,7 @@ impl Meaning {
     /// Checks that a motion that was read back has this meaning, apart from its line.
     pub(in crate::process) fn check(&self, read: &Motion) -> Result<(), Fault> {
         if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
-            return Err(failed(self.line, "a motion starts or ends at another place than planned"));
+            return Err(failed(self.line, "a motion is not where it was planned"));
         }
         // A rapid has no feed of its own. The next block that uses the modal feed restores it.
         let same_feed = self.kind == MotionKind::Rapid || stated_feed(read) == self.feed;
@@ -289,7 +289,7 @@ impl<'a> PathCheck<'a> {
         index: usize,
     ) -> Result<Option<Sampled>, Fault> {
         let line = group.source.line;
-        let node = group.division.nodes.get(index).ok_or(failed(line, "a divided block has one part too many"))?;
+        let node = group.division.nodes.get(index).ok_or(failed(line, "there is a part too many"))?;
         let block = &group.checked.block;
         let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
         let (Some(start), Some(end)) = (read.start, read.end) else {
@@ -308,7 +308,7 @@ impl<'a> PathCheck<'a> {
             return Err(failed(line, "a part of a divided block is another kind of motion"));
         }
         if !same_words(Some(start), Some(planned_start)) || !same_words(Some(end), Some(node.station.words)) {
-            return Err(failed(line, "a part of a divided block starts or ends at another place than planned"));
+            return Err(failed(line, "a part of a divided block is not where it was planned"));
         }
         Self::carried_along(read, group, index)?;
         let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);

@@ -128,7 +128,7 @@ impl<'a> PathCheck<'a> {
             self.effort.pass(1);
             go_on(&self.effort)?;
             let Some(ExpectedMotion::Same { motion: source, checked }) = self.read_back.take_awaited() else {
-                return Err(failed(motion.line, "there is one motion too many"));
+                return Err(failed(motion.line, "there is a motion too many"));
             };
             if source.line() != motion.line {
                 return Err(failed(motion.line, "a motion is missing"));

@@ -173,7 +173,7 @@ impl<'a> EndsCheck<'a> {
         let [linear, turned] = next.resolutions;
         let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
         if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
-            return Err(failed(line, "the worn cutter's contact is at another place than planned"));
+            return Err(failed(line, "the worn cutter's contact is not where it was planned"));
         }
         let axis_rad = if self.posts { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
         // Near the pole the axis may be missed, by no more than the cone.
