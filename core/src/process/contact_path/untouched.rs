@@ -1,11 +1,10 @@
 //! Compares copied blocks byte for byte where that proves as much as reading them would.
 //!
 //! A motion that repeats the motion before ([`Motion::repeats`]) depends only on that motion and on its own text.
-//! Take a run of copied blocks. Its first motion was read from the output and equals the source's to the bit. All
-//! later blocks repeat it, and their bytes in the output equal the source's. Then reading them would give the
-//! source's motions, by induction from one block to the next. In some dialects a statement may continue over lines or
-//! depend on the statement after it. There the last statement of the run is both compared and read: it shows where
-//! the statement before it ends and what it is. Everything else is read.
+//! Suppose that the first motion of a run of copied blocks was read from the output and equals the source's to the
+//! bit. Suppose also that all later blocks of the run repeat it, and that their bytes in the output equal the
+//! source's. Then reading them would give the source's motions, by induction from one block to the next.
+//!
 
 use super::check::{ExpectedMotion, Judged, Meaning, PathCheck, SourceMotion};
 use crate::motion::Motion;
@@ -266,7 +265,7 @@ mod tests {
         text
     }
 
-    /// Reads back a changed copy of `source`, in which every block was copied.
+    /// Reads back a copy of `source` that `change` has altered, as if every block had been left unchanged.
     fn read_back(dialect: Dialect, source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
         let machine = tables();
         let program = in_mm(dialect);

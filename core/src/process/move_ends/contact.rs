@@ -70,9 +70,10 @@ impl Hold {
             - turned_mm
     }
 
-    /// How far the tip must move along the normal so that a tool turned from one axis to another keeps its height at
-    /// the contact \[mm\]. The turn also slides the contact over the surface, by the turn times the cutter's radius.
-    /// That sliding is left uncorrected; next to a flat contact a correction has no use.
+    /// How far the tip must move along the normal so that a turned tool keeps its height at the contact \[mm\]. The
+    /// tool turns from the axis `from` to the axis `to`. The turn also slides the contact over the surface, by the
+    /// turn times the cutter's radius. That sliding is left uncorrected; next to a flat contact a correction has no
+    /// use.
     pub(super) fn turn_mm(&self, [nominal, actual]: [&Tool; 2], from: Vec3, to: Vec3) -> Vec3 {
         match self {
             Self::Corner { normal } => {

@@ -357,8 +357,8 @@ impl Pilot<'_> {
     }
 
     /// The feed at a point between the poses before and after it. If one pass continues through the point, it is the
-    /// chord between these poses. If not, it is the feed on a side where a rotary axis turns, with the motion that
-    /// ends here first.
+    /// chord between these poses. If not, it is the feed on a side where a rotary axis turns. The motion that ends
+    /// here comes first.
     fn feed_at(&self, sides: [Option<ToolPose>; 2], pose: &ToolPose, turns: [bool; 2]) -> Option<Vec3> {
         let tool = &self.tool.nominal;
         let before = sides[0].and_then(|before| feed_direction(tool, [&before, pose]));
@@ -433,7 +433,7 @@ impl Pilot<'_> {
             Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return => {
                 return Ok(EndChoice::Leave);
             }
-            // The called program moves by its own words, from the source's position.
+            // The called program moves by its own words and expects to start at the source's position.
             Unfollowable::Call | Unfollowable::UnknownCode => axes.is_off(),
             _ => self.would_move(motion, axes),
         };

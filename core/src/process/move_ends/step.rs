@@ -310,7 +310,8 @@ impl<'a> EndsWork<'a> {
         if lowered.is_none() {
             return self.rewriter.take_owed(&motion.feed);
         }
-        // It is written even if it should already be in force, because a block between may have inserted an F.
+        // It is written even if it should already be in force, because an F may have been inserted between the
+        // blocks.
         self.rewriter.owe(&motion.feed);
         lowered
     }

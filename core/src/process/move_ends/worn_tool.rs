@@ -1,11 +1,11 @@
-//! A worn cutter beside the one that the program was made for.
+//! A worn cutter, with the nominal cutter for which the program was made.
 
 use super::parameters::{Milling, WornCutter};
 use crate::machine::Tool;
 use crate::units::Length;
 use crate::wear::CutterWear;
 
-/// A worn cutter beside the one that the program was made for.
+/// A worn cutter, with the nominal cutter for which the program was made.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WornTool {
     pub(super) nominal: Tool,

@@ -200,9 +200,9 @@ impl Task<'_, '_> {
         Ok(way.collect())
     }
 
-    /// The rooms of u at the nodes. They are found node by node from both ends towards the node nearest to the
-    /// singularity, so that each continues the turn of the room before. At that node the solutions meet, and whole
-    /// turns too if u is free.
+    /// The rooms of u at the nodes. They are found node by node, from both ends towards the node nearest to the
+    /// singularity. Each room continues the turn of the room before. At the nearest node the solutions meet, and
+    /// whole turns too if u is free.
     fn rooms(&self, parts: u32, ends_deg: [f64; 2]) -> Option<Vec<TurningRoom>> {
         let kinematics = &self.planner.cutting.kinematics;
         let machine = self.planner.cutting.machine;

@@ -8,8 +8,8 @@ pub enum SingularityAction {
     /// Regions are listed; nothing changes.
     #[default]
     Report,
-    /// The motions of a region are divided until the tool axis keeps to the great circle, the contact keeps to its
-    /// line, and no rotary axis turns by more than a limit within a block.
+    /// The motions of a region are divided until they keep three limits. The tool axis keeps to the great circle, and
+    /// the contact to its line. No rotary axis turns by more than a limit within a block.
     Densify,
     /// The rotary words of the points inside a region are replaced by words that need less rotary travel. The tool
     /// axis stays within a tolerance of the programmed one.

@@ -1,6 +1,6 @@
-//! Finds rotary words with less travel. The tolerance of the tool axis gives the axis next to the workpiece a room at
-//! each point, and this axis follows the taut string through the rooms. The other axis follows as closely as it can.
-//! The tip or the contact stays.
+//! Finds rotary words with less travel. At each point, the tolerance of the tool axis gives a room to the axis next
+//! to the workpiece. This axis follows the taut string through the rooms. The other axis follows as closely as it
+//! can. The tip or the contact stays.
 
 use super::figures::time_s;
 use super::pending::Pending;
