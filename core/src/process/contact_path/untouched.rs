@@ -5,6 +5,9 @@
 //! bit. Suppose also that all later blocks of the run repeat it, and that their bytes in the output equal the
 //! source's. Then reading them would give the source's motions, by induction from one block to the next.
 //!
+//! In some dialects a statement may continue over lines or depend on the statement after it. There the last statement
+//! of the run is both compared and read, because it shows where the statement before it ends and what it is.
+//! Everything else is read.
 
 use super::check::{ExpectedMotion, Judged, Meaning, PathCheck, SourceMotion};
 use crate::motion::Motion;

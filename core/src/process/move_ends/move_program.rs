@@ -18,8 +18,8 @@ use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Place, ProgramSource, Survey, naming_unknown_axes};
 use crate::wear::{OneAfterAnother, SideBySide};
 
-/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the caller's
-/// thread.
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the
+/// caller's thread.
 ///
 /// # Errors
 /// Those of [`compensate_wear_side_by_side`].
