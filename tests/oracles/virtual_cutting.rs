@@ -512,12 +512,12 @@ fn an_arc_that_is_left_out_says_why() {
     for (arc, why) in [
         ("G2 X2 Y0 I1 J0 A3", "rotary axes turn along it, by 3.000 and 0.000 deg"),
         ("G2 X2 Y0 I1 J0 P2", "it has the word P2, for several turns"),
-        ("G2 X2 Y0", "it states neither all of its centre nor its radius"),
-        ("G90.1\nG2 X2 Y0 I1", "it states neither all of its centre nor its radius"),
-        ("G2 X2 Y0 I1 R1", "it states a centre besides its radius of 1.0000 mm"),
+        ("G2 X2 Y0", "it states neither its radius nor its whole centre"),
+        ("G90.1\nG2 X2 Y0 I1", "it states neither its radius nor its whole centre"),
+        ("G2 X2 Y0 I1 R1", "it states both a centre and a radius of 1.0000 mm"),
         ("G2 X0 Y0 R4", "it ends where it starts and states only its radius of 4.0000 mm"),
-        ("G2 X2 Y0 I1.25", "its end is off the circle of 1.2500 mm about its centre, by -0.5000 mm"),
-        ("G2 X2 Y0 I0 J0", "its centre is where it starts or ends"),
+        ("G2 X2 Y0 I1.25", "its end misses the circle of 1.2500 mm about its centre by -0.5000 mm"),
+        ("G2 X2 Y0 I0 J0", "its centre is its start or its end"),
     ] {
         let text = format!("G90 G21 G17\nG0 X0 Y0 Z5 A0 C0\nG1 Z0\n{arc}\n");
         let verification = verify(tool(5.0, 5.0), &samples, &text);

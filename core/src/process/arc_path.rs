@@ -9,31 +9,31 @@ use crate::program::{Address, Batch, Word, WordForm};
 /// Why the course of an arc is not known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum UnknownArc {
-    /// No plane is active that is known.
+    /// The active plane is not known.
     Plane,
-    /// Rotary axes turn along it.
+    /// Rotary axes turn along the arc.
     Turning {
         /// By how much, in the profile's order \[deg\].
         turn_deg: [f64; 2],
     },
-    /// A P word: several turns, or what a control makes of it.
+    /// The block has a P word. It means several turns, or something else on another control.
     Turns {
         /// Its value.
         turns: f64,
     },
-    /// A word of it is an expression.
+    /// The value of one of its words is an expression.
     Expression {
         /// The word.
         address: Address,
     },
-    /// Neither a radius nor all of the centre that has to be.
+    /// The block states no radius, and not every centre word that it needs.
     CentreNotStated,
-    /// A radius and a centre.
+    /// The block states both a radius and a centre.
     RadiusAndCentre {
         /// The radius \[mm\].
         radius_mm: f64,
     },
-    /// Start and end are equal, and a circle through one point has many centres.
+    /// Start and end are equal, and only the radius is given. Many circles pass through one point.
     FullCircleByRadius {
         /// The radius \[mm\].
         radius_mm: f64,
@@ -42,14 +42,14 @@ pub enum UnknownArc {
     RadiusTooShort {
         /// The radius \[mm\].
         radius_mm: f64,
-        /// What it is short of half the chord \[mm\].
+        /// How much shorter the radius is than half the chord \[mm\].
         short_mm: f64,
     },
     /// The circle about the centre misses the end.
     Missed {
-        /// From the centre to the start \[mm\].
+        /// Distance from the centre to the start \[mm\].
         radius_mm: f64,
-        /// How much farther the end is away from the centre than the start \[mm\].
+        /// Distance from the centre to the end, minus the distance from the centre to the start \[mm\].
         missed_mm: f64,
     },
     /// The centre is where the arc starts or ends.
@@ -65,9 +65,9 @@ impl fmt::Display for UnknownArc {
             }
             Self::Turns { turns } => write!(f, "it has the word P{turns}, for several turns"),
             Self::Expression { address } => write!(f, "the value of its word {address} is an expression"),
-            Self::CentreNotStated => f.write_str("it states neither all of its centre nor its radius"),
+            Self::CentreNotStated => f.write_str("it states neither its radius nor its whole centre"),
             Self::RadiusAndCentre { radius_mm } => {
-                write!(f, "it states a centre besides its radius of {radius_mm:.4} mm")
+                write!(f, "it states both a centre and a radius of {radius_mm:.4} mm")
             }
             Self::FullCircleByRadius { radius_mm } => {
                 write!(f, "it ends where it starts and states only its radius of {radius_mm:.4} mm")
@@ -77,9 +77,9 @@ impl fmt::Display for UnknownArc {
             }
             Self::Missed { radius_mm, missed_mm } => write!(
                 f,
-                "its end is off the circle of {radius_mm:.4} mm about its centre, by {missed_mm:.4} mm"
+                "its end misses the circle of {radius_mm:.4} mm about its centre by {missed_mm:.4} mm"
             ),
-            Self::NoRadius => f.write_str("its centre is where it starts or ends"),
+            Self::NoRadius => f.write_str("its centre is its start or its end"),
         }
     }
 }
@@ -93,11 +93,11 @@ pub(in crate::process) struct ArcPath {
     axes: [usize; 2],
     /// Centre in the plane \[mm\].
     centre_mm: [f64; 2],
-    /// From the centre to the start \[mm\].
+    /// Vector from the centre to the start \[mm\].
     arm_mm: [f64; 2],
-    /// Angle run, counter-clockwise positive \[rad\].
+    /// Angle that the arc runs through, counter-clockwise positive \[rad\].
     sweep_rad: f64,
-    /// Radius at the end over that at the start: what rounding of the words leaves of 1.
+    /// Radius at the end divided by the radius at the start. It differs from 1 because words are rounded.
     growth: f64,
 }
 
@@ -106,14 +106,14 @@ const CLOCKWISE: u32 = 20;
 const COUNTER_CLOCKWISE: u32 = 30;
 const ABSOLUTE_CENTRES: u32 = 901;
 const INCREMENTAL_CENTRES: u32 = 911;
-/// Start and end of an arc lie on one circle to this, or to this share of the radius: words have three decimals and
-/// controls have limits like this.
+/// Start and end of an arc lie on one circle within this length, or within this share of the radius. Words have three
+/// decimals, and controls have similar limits.
 const RADIUS_SLACK_MM: f64 = 0.01;
 const RADIUS_SLACK_SHARE: f64 = 1e-3;
-/// Ends nearer than this in the plane are one point \[mm\].
+/// Ends that are closer together in the plane are one point \[mm\].
 const SAME_MM: f64 = 1e-6;
 
-/// The modes of arcs that motions do not tell: which way round, and how centres are counted.
+/// The modes of arcs that a motion does not state: the direction, and the point from which centres are counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(in crate::process) struct ArcModes {
     is_clockwise: bool,
@@ -121,7 +121,7 @@ pub(in crate::process) struct ArcModes {
 }
 
 impl ArcModes {
-    /// Takes the codes of one block.
+    /// Updates the modes from the codes of one block.
     pub(in crate::process) fn see(&mut self, words: &[Word]) {
         for word in words.iter().filter(|word| word.address == Address::G) {
             match word.code_tenths() {
@@ -139,7 +139,7 @@ impl ArcPath {
     /// The arc of a motion from `start` to `end`.
     ///
     /// # Errors
-    /// Why its words do not make one that is known.
+    /// The reason why the course of the arc is not known.
     pub(in crate::process) fn of(
         modes: ArcModes,
         batch: &Batch,
@@ -156,7 +156,7 @@ impl ArcPath {
         }
         let mut centre_words = [None; 3];
         let (mut radius, mut turns) = (None, None);
-        // Centre words that say by themselves what they count from, by address.
+        // Centre words whose form says from where they count, as bits by address.
         let (mut places, mut offsets) = (0_u32, 0_u32);
         for word in batch.words(block) {
             let slot = match word.address {
@@ -164,7 +164,7 @@ impl ArcPath {
                 Address::J => &mut centre_words[1],
                 Address::K => &mut centre_words[2],
                 Address::R => &mut radius,
-                // It may be the number of full circles, which the motion knows.
+                // P may be the number of full circles, which the motion already knows.
                 Address::P if motion.further_turns.is_none() => &mut turns,
                 _ => continue,
             };
@@ -195,7 +195,7 @@ impl ArcPath {
                         (Some(at), true) => Ok(at),
                         (Some(offset), false) => Ok(from + offset),
                         (None, false) => Ok(from),
-                        // whether it stays or is zero, controls do not agree
+                        // Controls differ here: some keep the coordinate, others take zero.
                         (None, true) => Err(UnknownArc::CentreNotStated),
                     }
                 };
@@ -239,7 +239,8 @@ impl ArcPath {
         Ok(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first })
     }
 
-    /// The words at its centre, the third axis where the arc starts, and the axis of the plane's normal (0 X, 1 Y, 2 Z).
+    /// Returns the words at the centre, and the axis of the plane's normal (0 X, 1 Y, 2 Z). The third axis is where
+    /// the arc starts.
     pub(in crate::process) fn centre(&self) -> (AxisWords, usize) {
         let mut words = self.start;
         for (axis, at_mm) in self.axes.into_iter().zip(self.centre_mm) {
@@ -248,12 +249,12 @@ impl ArcPath {
         (words, 3 - self.axes[0] - self.axes[1])
     }
 
-    /// Angle run, counter-clockwise about the plane's normal positive \[rad\].
+    /// Angle that the arc runs through, counter-clockwise about the plane's normal positive \[rad\].
     pub(in crate::process) fn sweep_rad(&self) -> f64 {
         self.sweep_rad
     }
 
-    /// The words at the fraction `u`: in the plane on the circle, else linear.
+    /// The words at the fraction `u`: on the circle in the plane, linear in the third axis.
     pub(in crate::process) fn words_at(&self, u: f64) -> AxisWords {
         if u <= 0.0 {
             return self.start;
@@ -274,7 +275,7 @@ impl ArcPath {
         words
     }
 
-    /// Bounds on the first and second derivative of the words by u \[mm\].
+    /// Bounds on the first and second derivative of the words with respect to u \[mm\].
     pub(in crate::process) fn derivative_bounds_mm(&self) -> [f64; 2] {
         let [a, b] = self.arm_mm;
         let radius_mm = (a * a + b * b).sqrt() * self.growth.max(1.0);
@@ -288,7 +289,7 @@ impl ArcPath {
     }
 }
 
-/// The centre of an arc given by its radius: a negative one takes the longer way round.
+/// The centre of an arc that is given by its radius. A negative radius takes the longer way round.
 fn centre_by_radius(
     modes: ArcModes,
     from_mm: [f64; 2],
@@ -307,7 +308,7 @@ fn centre_by_radius(
         return Err(UnknownArc::RadiusTooShort { radius_mm, short_mm: half_mm - reach_mm });
     }
     let height_mm = ((reach_mm - half_mm) * (reach_mm + half_mm)).max(0.0).sqrt();
-    // the centre is left of the chord where a short arc runs counter-clockwise
+    // The centre is left of the chord if a short arc runs counter-clockwise.
     let side = if modes.is_clockwise == (radius_mm > 0.0) { -height_mm } else { height_mm };
     let middle = [0.5 * (from_mm[0] + to_mm[0]), 0.5 * (from_mm[1] + to_mm[1])];
     Ok([middle[0] - chord[1] / length_mm * side, middle[1] + chord[0] / length_mm * side])
@@ -372,7 +373,7 @@ mod tests {
     fn further_turns_are_run_beside_the_way_to_the_end() {
         let arc = |code: &str| sinumerik(&format!("G17 G0 X10 Y0 Z0 A0 C0\n{code}\n"));
         let half = 10.0 * std::f64::consts::FRAC_1_SQRT_2;
-        // A quarter and two circles: 2.25 turns, so that a turn takes four ninths of the way.
+        // A quarter and two full circles are 2.25 turns, so one turn takes four ninths of the way.
         for centre in ["I-10 J0", "I=AC(0) J=AC(0)", "I=IC(-10)", "CR=10"] {
             let helix = arc(&format!("G3 X0 Y10 Z9 {centre} TURN=2")).unwrap();
             assert_at(&helix, 4.0 / 9.0, [10.0, 0.0, 4.0]);
@@ -382,9 +383,9 @@ mod tests {
             let back = arc(&format!("G2 X0 Y10 Z9 {centre} TURN=1"));
             assert_at(&back.unwrap(), 0.0, [10.0, 0.0, 0.0]);
         }
-        // Clockwise the way to the end is three quarters: 1.75 turns.
+        // Clockwise, the way to the end is three quarters: 1.75 turns in all.
         assert_at(&arc("G2 X0 Y10 Z7 I-10 J0 TURN=1").unwrap(), 1.0 / 7.0, [0.0, -10.0, 1.0]);
-        // Equal ends are a circle, and one more.
+        // Equal ends make one full circle, and TURN=1 adds another.
         let circles = arc("G2 X10 Y0 Z8 I=AC(0) J=AC(0) TURN=1").unwrap();
         assert_at(&circles, 0.25, [-10.0, 0.0, 2.0]);
         let [first, _] = circles.derivative_bounds_mm();

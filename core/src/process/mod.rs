@@ -1,4 +1,4 @@
-//! The places where program, contact and machine are joined: a whole program in, a whole program out, with a report.
+//! Joins program, contact and machine: each step reads a whole program, writes a whole program and reports on it.
 
 mod arc_path;
 mod contact_path;

@@ -1,7 +1,7 @@
-//! The written program read back as a control would read it, block by block against the source.
+//! Reads the written program back as a control would, and checks it block by block against the source.
 //!
-//! Every block that was left alone must mean what it meant; every part of a divided block must be where it was planned,
-//! and is sampled against the source block's line from the words that were read.
+//! Every block that was left unchanged must keep its meaning. Every part of a divided block must be where it was
+//! planned. Its deviation from the source block's line is sampled from the words that were read.
 
 use std::sync::Arc;
 
@@ -23,21 +23,21 @@ use crate::process::pipeline::{Awaited, BeforeAfter, BlockChange, ReadBack, fail
 use crate::process::text::Stretch;
 use crate::program::Dialect;
 
-/// Words read back may differ by this from those meant: inches and increments pass through binary fractions
-/// \[mm or deg\].
+/// Words that are read back may differ by this from the planned ones, because inches and increments pass through
+/// binary fractions \[mm or deg\].
 const SAME_POSITION: f64 = 1e-7;
-/// An extruder word in between may be rounded beyond its ends by this \[program units\].
+/// The extruder word of a part may be rounded beyond the block's ends by this \[program units\].
 const SAME_EXTRA: f64 = 1e-3;
-/// A part is measured where a proof found at least this share of the largest deviation so far.
+/// A part is measured if a proof found at least this share of the largest deviation so far.
 const NEAR_LARGEST: f64 = 0.9;
 
-/// What the next motion of the written program must be.
+/// The expected next motion of the written program.
 #[derive(Debug)]
 pub(in crate::process) enum ExpectedMotion<'a> {
-    /// A block left as it was.
+    /// A block that was left unchanged.
     Same {
         motion: SourceMotion,
-        /// Contact path length and deviation, if it was checked.
+        /// Contact path length and deviation, if the motion was checked.
         checked: Option<(f64, Sampled)>,
     },
     /// Part of a divided block.
@@ -47,9 +47,9 @@ pub(in crate::process) enum ExpectedMotion<'a> {
 /// A motion of the source.
 #[derive(Debug)]
 pub(in crate::process) enum SourceMotion {
-    /// By its place in the stretch that the text at hand was written of.
+    /// By its place in the stretch from which the current text was written.
     At { passage: usize, motion: usize, line: u64 },
-    /// Of a stretch that is worked off.
+    /// Kept from a stretch that is finished.
     Kept(Box<Meaning>),
 }
 
@@ -62,7 +62,7 @@ impl SourceMotion {
     }
 }
 
-/// What of a motion must not change in a block that is left alone.
+/// The properties of a motion that must not change in a block that is left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct Meaning {
     line: u64,
@@ -101,12 +101,12 @@ impl Meaning {
         }
     }
 
-    /// Whether a motion read back means this, its line apart.
+    /// Checks that a motion that was read back has this meaning, apart from its line.
     pub(in crate::process) fn check(&self, read: &Motion) -> Result<(), Fault> {
         if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
-            return Err(failed(self.line, "a motion starts or ends elsewhere than meant"));
+            return Err(failed(self.line, "a motion is not where it was planned"));
         }
-        // A rapid has no feed of its own; the modal one is given back by the next block that uses it.
+        // A rapid has no feed of its own. The next block that uses the modal feed restores it.
         let same_feed = self.kind == MotionKind::Rapid || stated_feed(read) == self.feed;
         let same = same_feed
             && read.kind == self.kind
@@ -123,7 +123,7 @@ impl Meaning {
     }
 }
 
-/// F as written, where it states a feed.
+/// F as written, if it states a feed.
 fn stated_feed(motion: &Motion) -> Option<f64> {
     motion.feed.value.map(|_| motion.feed.raw)
 }
@@ -154,16 +154,16 @@ impl Awaited for ExpectedMotion<'_> {
     }
 }
 
-/// What became of one motion of the source.
+/// The outcome for one motion of the source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct Judged {
     pub(in crate::process) line: u64,
     pub(in crate::process) kind: MotionKind,
-    /// Largest deviation before and after \[mm\]; 0 where it was not checked.
+    /// Largest deviation before and after \[mm\]; 0 if the motion was not checked.
     pub(in crate::process) deviation_mm: [f64; 2],
     /// Largest distance of a part's end from where the source block has it \[mm\].
     pub(in crate::process) correction_mm: f64,
-    /// How many blocks it is now.
+    /// The number of blocks that the motion has now.
     pub(in crate::process) parts: u32,
 }
 
@@ -172,7 +172,7 @@ impl Judged {
         Self { line, kind, deviation_mm: [deviation_mm; 2], correction_mm: 0.0, parts: 1 }
     }
 
-    /// The same for all steps of a program.
+    /// The outcome in the form that all steps of a program share.
     pub(super) fn change(&self) -> BlockChange {
         let [before_mm, after_mm] = self.deviation_mm;
         let mut change = BlockChange::none(self.line, self.kind);
@@ -199,11 +199,12 @@ pub(in crate::process) struct PathCheck<'a> {
     parameters: &'a CcParameters,
     pub(in crate::process) read_back: ReadBack<ExpectedMotion<'a>>,
     parts: Vec<(f64, Sampled)>,
-    /// The motion read last, if it is one left alone that ends to the bit where the source's does.
+    /// The place of the motion read last, if it was left unchanged and ends to the bit where the source's motion
+    /// does.
     pub(in crate::process) exact: Option<(usize, usize)>,
     pub(in crate::process) milestones: Milestones,
     pub(in crate::process) found: BeforeAfter,
-    /// The results of the motions read back. The caller takes them away.
+    /// The outcomes of the motions read back, for the caller to collect.
     pub(in crate::process) judged: Vec<Judged>,
     pub(in crate::process) effort: Effort<'a>,
 }
@@ -228,12 +229,12 @@ impl<'a> PathCheck<'a> {
         }
     }
 
-    /// Blocks of the output so far.
+    /// The number of output blocks so far.
     pub(in crate::process) fn blocks(&self) -> u64 {
         self.read_back.inventory.blocks
     }
 
-    /// Reads what there is; motions left alone are those of `stretch`.
+    /// Reads all text that is available. Unchanged motions are those of `stretch`.
     pub(in crate::process) fn read(&mut self, stretch: &Stretch) -> Result<(), Fault> {
         while self.read_back.advance()? {
             self.effort.pass(1);
@@ -280,7 +281,7 @@ impl<'a> PathCheck<'a> {
         Ok(())
     }
 
-    /// The last part of a block gives what all of them leave.
+    /// Checks one part. The last part of a block returns the deviation of all its parts.
     fn part(
         &mut self,
         read: &Motion,
@@ -288,7 +289,7 @@ impl<'a> PathCheck<'a> {
         index: usize,
     ) -> Result<Option<Sampled>, Fault> {
         let line = group.source.line;
-        let node = group.division.nodes.get(index).ok_or(failed(line, "a part too many"))?;
+        let node = group.division.nodes.get(index).ok_or(failed(line, "there is a part too many"))?;
         let block = &group.checked.block;
         let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
         let (Some(start), Some(end)) = (read.start, read.end) else {
@@ -307,7 +308,7 @@ impl<'a> PathCheck<'a> {
             return Err(failed(line, "a part of a divided block is another kind of motion"));
         }
         if !same_words(Some(start), Some(planned_start)) || !same_words(Some(end), Some(node.station.words)) {
-            return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
+            return Err(failed(line, "a part of a divided block is not where it was planned"));
         }
         Self::carried_along(read, group, index)?;
         let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);
@@ -319,14 +320,14 @@ impl<'a> PathCheck<'a> {
         } else {
             within_tolerance(block, &segment, tolerance_mm)
                 .or_else(|found| {
-                    // Words that differ in the last bit may tip a block that was just inside.
+                    // A difference in the last bit of a word may push a block that was just inside over the limit.
                     let slack = 1.0 + 1e-9;
                     if found.max_mm <= tolerance_mm * slack { Ok(found) } else { Err(found) }
                 })
                 .map_err(|_found| failed(line, "a part of a divided block exceeds the tolerance"))?
         };
         self.effort.spend(found.evaluations);
-        // What may become the largest deviation of the report is measured, not only bounded.
+        // A deviation that may become the largest of the report is measured, not only bounded.
         let found = if found.max_mm > NEAR_LARGEST * self.found.after.max_mm() {
             let measured = sample_until_sure(block, &segment, tolerance_mm);
             self.effort.spend(measured.evaluations);
@@ -344,8 +345,8 @@ impl<'a> PathCheck<'a> {
         Ok(Some(after))
     }
 
-    /// What moves along with the axes: contact words of the same kind and the extruder, both ending where the source
-    /// block ends them, the extruder never running back.
+    /// Checks the words that move with the axes: contact words of the same kind, and the extruder. Both end where the
+    /// source block ends them. The extruder stays between its values at the block's ends.
     pub(in crate::process) fn carried_along(
         read: &Motion,
         group: &DividedBlock<'a>,
@@ -354,13 +355,13 @@ impl<'a> PathCheck<'a> {
         let (line, source) = (group.source.line, &group.source);
         let last = index + 1 == group.division.nodes.len();
         let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
-        // Where the block began without a contact, only its last part may state one.
+        // If the block began without a contact, only its last part may state one.
         let fits = match group.checked.start_contact {
             Some(_) => same_kind,
             None => last || read.contact == ContactWords::None,
         };
         if !fits || (last && !same_contact(read.contact, source.contact)) {
-            return Err(failed(line, "the contact words of a divided block are not carried on"));
+            return Err(failed(line, "a part of a divided block has other contact words than planned"));
         }
         match (read.extra, source.extra) {
             (None, None) => Ok(()),
@@ -372,14 +373,14 @@ impl<'a> PathCheck<'a> {
                 if between && ends {
                     Ok(())
                 } else {
-                    Err(failed(line, "the extruder of a divided block runs elsewhere"))
+                    Err(failed(line, "the extruder of a divided block goes to another place than planned"))
                 }
             }
-            _ => Err(failed(line, "the extruder of a divided block is lost")),
+            _ => Err(failed(line, "the extruder word of a divided block is missing or was added")),
         }
     }
 
-    /// Every part must take its share of the source block's time.
+    /// Checks that every part takes its share of the source block's time.
     pub(in crate::process) fn time(
         read: &Motion,
         group: &DividedBlock<'a>,
@@ -390,12 +391,12 @@ impl<'a> PathCheck<'a> {
         let time_s = |feed, segment: &Segment| {
             block_time_s(mode, feed, &BlockTime::of(block, segment, source.mm_per_unit, source.feed.paths))
         };
-        // In G95 the spindle decides: the plan's formula is all there is.
+        // In G95 the time depends on the spindle, so only the formula of the plan is available.
         let Some(whole_s) = time_s(source.feed.raw, &block.whole()) else { return Ok(()) };
         let share_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
         match time_s(read.feed.raw, segment) {
             Some(part_s) if (part_s - share_s).abs() <= TIME_ROUNDING * share_s => Ok(()),
-            _ => Err(failed(source.line, "a part of a divided block takes another time than its share")),
+            _ => Err(failed(source.line, "a part of a divided block does not take its share of the time")),
         }
     }
 }

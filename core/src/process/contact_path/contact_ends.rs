@@ -1,4 +1,4 @@
-//! The contact words of the parts of a divided block, between those at its ends.
+//! The contact words of the parts of a divided block, interpolated between the words at the block's ends.
 
 use super::judge::Checked;
 use crate::contact::Node;
@@ -7,25 +7,25 @@ use crate::motion::{ContactWords, Interpolation, Motion};
 use crate::program::{Address, round_to_decimals};
 
 const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
-/// A direction in fewer decimals than these may be far off, and no direction at all.
+/// With fewer decimals a direction may be far off, or be no direction at all.
 const NORMAL_DECIMALS: u8 = 4;
 const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 
-/// Contact words at both ends of the source block, as far as it has them.
+/// Contact words at both ends of the source block, if the program states them.
 pub(super) enum ContactEnds {
     None,
-    /// Stated at the end alone: nothing is known to interpolate from, so only the last part has it.
+    /// Stated at the end only. There is no start to interpolate from, so only the last part gets them.
     End([Address; 3], [f64; 3], f64),
-    /// U V W: the contact aimed at, by the definition of those words.
+    /// U V W: the target contact, by the definition of those words.
     Aimed,
-    /// U V W of a program whose contacts come from elsewhere: interpolated as they stand.
+    /// U V W of a program whose contacts come from another source: interpolated as written.
     Points([f64; 3], [f64; 3]),
     /// nx ny nz.
     Normals([f64; 3], [f64; 3]),
 }
 
 impl ContactEnds {
-    /// Those of this block.
+    /// The contact words at the ends of this block.
     pub(super) fn of(checked: &Checked<'_>, motion: &Motion) -> Self {
         match (checked.start_contact, motion.contact) {
             (Some(_), ContactWords::Point(_)) if checked.contact_from_words => Self::Aimed,
@@ -59,12 +59,13 @@ impl ContactEnds {
     }
 }
 
-/// Decimals of the contact words of a part that is not the last.
+/// Decimals of the contact words of every part but the last.
 pub(super) fn contact_decimals(addresses: [Address; 3], decimals: u8) -> u8 {
     if addresses == NORMAL { decimals.max(NORMAL_DECIMALS) } else { decimals }
 }
 
-/// The contact words of a node inside a divided block, as the control reads them back; `None` where the part states none.
+/// The contact words of a node inside a divided block, as the control reads them. `None` if the part states no
+/// contact.
 pub(in crate::process) fn node_contact(
     checked: &Checked<'_>,
     motion: &Motion,
@@ -76,7 +77,7 @@ pub(in crate::process) fn node_contact(
     Some(if addresses == NORMAL { ContactWords::Normal(read) } else { ContactWords::Point(read) })
 }
 
-/// U V W of the contact aimed at: the linear words that would put the tip there (§2).
+/// U V W of the target contact: the linear words that would put the tip there (§2).
 fn aimed_words(checked: &Checked<'_>, node: &Node) -> [f64; 3] {
     let block = &checked.block;
     match block.mode {
@@ -92,8 +93,8 @@ fn between(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
     std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u)
 }
 
-/// Normals move on their great circle, their written lengths linearly. Beside an end without a direction nothing is known of
-/// the contact, and no direction is written.
+/// Normals move on their great circle, and their written lengths change linearly. If one end states no direction, the
+/// contact there is not known. The result is then a zero vector.
 fn between_directions(a: &[f64; 3], b: &[f64; 3], u: f64) -> [f64; 3] {
     let (from, to) = (Vec3::from(*a), Vec3::from(*b));
     let unit = |normal: Vec3| normal.try_normalize(f64::MIN_POSITIVE);

@@ -1,4 +1,4 @@
-//! Where the cutter touches at a program point: by the point's own words, by the part's surface, or by the feed.
+//! Where the cutter touches at a program point: from the point's own words, the part's surface, or the feed.
 
 use super::parameters::CcParameters;
 use crate::contact::{ContactFault, Effort, Station, Touch, contact_on_surface, rotary_rad};
@@ -24,11 +24,12 @@ impl ContactFinder<'_> {
         self.source == ContactSource::FeedPlane
     }
 
-    /// The contact of `tool` at a point that states `words`; `None` where the source has none for this point. What the feed lets
-    /// assume belongs to a motion, not to a point. What is returned means nothing once the effort is over.
+    /// The contact of `tool` at a point that states `words`, or `None` if the source has no contact for this point. A
+    /// contact assumed from the feed belongs to a motion, not to a point, so this function does not find it. The
+    /// result is meaningless once the effort has ended.
     ///
     /// # Errors
-    /// A contact is stated that cannot be one.
+    /// The stated contact is impossible.
     pub(in crate::process) fn find(
         &self,
         kinematics: &Kinematics,
@@ -65,8 +66,8 @@ impl ContactFinder<'_> {
     }
 }
 
-/// The contacts that the feed lets assume at both ends of a motion. The tip stands for both where it leaves one of them
-/// open, or where there is no feed.
+/// The contacts that follow from the feed at both ends of a motion. `None` if the feed leaves one of them open, or if
+/// there is no feed. The caller then takes the tip for both.
 pub(in crate::process) fn assumed(stations: [&Station; 2], feed: Option<Vec3>) -> Option<[Touch; 2]> {
     let feed = feed?;
     let [start, end] = stations.map(|station| Touch::from_feed(&station.pose, feed));

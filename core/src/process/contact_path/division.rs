@@ -1,4 +1,4 @@
-//! Into which parts a block over tolerance is divided.
+//! Decides into which parts a block over tolerance is divided.
 
 use super::contact_ends::node_contact;
 use super::contact_finder;
@@ -15,13 +15,13 @@ use crate::process::fault::LineFaultKind;
 use crate::process::text::Survey;
 use crate::units::{Feedrate, UM_PER_MM};
 
-/// Plans keep this share of the tolerance free, so that what sampling and rounding leave open cannot exceed it.
+/// Plans leave this share of the tolerance free, so that errors of sampling and rounding cannot exceed the tolerance.
 const RESERVE: f64 = 2e-4;
-/// Most parts of one block: two hundred seconds of two-millisecond steps.
+/// Largest number of parts of one block: two hundred seconds of two-millisecond steps.
 const MAX_PARTS: f64 = 100_000.0;
 /// Smallest F that is written, in the program's own unit.
 pub(in crate::process) const MIN_FEED: f64 = 1e-6;
-/// An F over its limit by no more than this share is at it.
+/// An F counts as at its limit if it exceeds it by no more than this share.
 const SAME_FEED: f64 = 1e-9;
 
 /// A block that is divided: where its parts end, and with which decimals.
@@ -29,24 +29,25 @@ const SAME_FEED: f64 = 1e-9;
 pub(in crate::process) struct Division {
     pub(in crate::process) nodes: Vec<Node>,
     pub(in crate::process) resolution: Resolution,
-    /// Whether the parts can carry F words: there is a feed, and in a table a column for it.
+    /// Whether the parts can carry F words: a feed is known, and a table has a column for it.
     pub(in crate::process) carries_feed: bool,
 }
 
-/// What is planned for a block over tolerance.
+/// The plan for a block over tolerance.
 pub(in crate::process) enum DivisionPlan {
     /// It is divided.
     Divide(Division),
-    /// It stays as it is: a part would need more feed than is allowed.
+    /// It is left unchanged, because a part would need more feed than is allowed.
     TooFast,
-    /// It stays as it is: its parts would have other contacts than the block, and would be over the tolerance again.
+    /// It is left unchanged, because its parts would have other contacts than the block and would again be over the
+    /// tolerance.
     Unsettled,
 }
 
-/// Plans the division of a block over tolerance. Where the effort is over then, it means nothing.
+/// Plans the division of a block over tolerance. The plan is meaningless if the effort has ended afterwards.
 ///
 /// # Errors
-/// What is wrong with the line.
+/// The fault of the line.
 pub(in crate::process) fn plan(
     finder: &ContactFinder<'_>,
     machine: &Machine,
@@ -64,7 +65,8 @@ pub(in crate::process) fn plan(
     let parameters = finder.parameters;
     let tolerance_mm = parameters.tolerance.mm();
     let own = resolution(checked, motion, motion.decimals.linear, motion.decimals.rotary);
-    // Posts strip trailing zeros: where the block's own decimals are too coarse, the program's finest count.
+    // Postprocessors strip trailing zeros. If the block's own decimals are too coarse, the finest of the program are
+    // used.
     let finest = resolution(
         checked,
         motion,
@@ -101,13 +103,14 @@ pub(in crate::process) fn plan(
     })
 }
 
-/// What came of an attempt to divide a block.
+/// The result of an attempt to divide a block.
 enum Divided {
     /// Its parts end here.
     At(Vec<Node>),
-    /// Its parts would keep its own line of contacts, but not those that they will be found to have themselves.
+    /// Its parts would keep the block's own line of contacts. They would not keep the line of the contacts that a
+    /// second compensation would find for them.
     Unsettled,
-    /// No parts keep its line of contacts.
+    /// No division keeps the block's line of contacts.
     OutOfReach {
         /// The smallest deviation that can be reached.
         least_mm: f64,
@@ -163,7 +166,8 @@ fn divided(
     })
 }
 
-/// The parts of a block, looked at as the blocks of a program that is compensated again: they have to be left alone then.
+/// Checks the parts of a block as the blocks of a program that is compensated a second time. They must then be left
+/// unchanged.
 struct Again<'p, 'a> {
     finder: &'p ContactFinder<'p>,
     checked: &'p Checked<'a>,
@@ -175,7 +179,7 @@ impl Again<'_, '_> {
     /// Proves that each part keeps the tolerance to the line between its own contacts.
     ///
     /// # Errors
-    /// The largest deviation seen; also where the effort is over.
+    /// The largest deviation found. Also fails if the effort has ended.
     fn prove(&self, nodes: &[Node], effort: &mut Effort<'_>) -> Result<(), f64> {
         let block = &self.checked.block;
         let mut start = Some(self.checked.contacts[0]);
@@ -194,7 +198,7 @@ impl Again<'_, '_> {
             } else {
                 start.zip(end).map(|(start, end)| [start, end])
             };
-            // Without a contact a motion is not checked.
+            // A motion without a contact is not checked.
             if let Some(contacts) = contacts {
                 self.prove_part(&segment, &contacts, effort)?;
             }
@@ -220,18 +224,18 @@ impl Again<'_, '_> {
         found.map(|_| ()).map_err(|sampled| sampled.max_mm)
     }
 
-    /// The contact that will be found at a node, from its words as they are written.
+    /// The contact that a second compensation will find at a node, from its words as written.
     fn contact_at(&self, node: &Node, effort: &mut Effort<'_>) -> Result<Option<CutterContact>, f64> {
         let block = &self.checked.block;
         let words = node_contact(self.checked, self.motion, node).unwrap_or(ContactWords::None);
         let (kinematics, station) = (&block.kinematics, &node.station);
         let found = self.finder.find(kinematics, &block.tool, station, block.mode, words, effort);
-        // A contact that cannot be one would refuse the program.
+        // An impossible contact would refuse the program.
         let touch = found.map_err(|_fault| f64::INFINITY)?;
         Ok(touch.map(|touch| touch.contact))
     }
 
-    /// The contacts that will be assumed at the ends of a part.
+    /// The contacts that a second compensation will assume at the ends of a part.
     fn assumed(&self, segment: &Segment) -> [CutterContact; 2] {
         let [start, end] = &segment.ends;
         let own = feed_direction(&self.checked.block.tool, [&start.pose, &end.pose]);
@@ -266,7 +270,7 @@ fn interpolation_steps(
     count(tau_s / machine.interpolation_period_s())
 }
 
-/// Rounds up to at least one, refusing what no program would want.
+/// Rounds up to at least one. Refuses more parts than [`MAX_PARTS`].
 fn count(parts: f64) -> Result<u32, LineFaultKind> {
     if !(0.0..=MAX_PARTS).contains(&parts) {
         return Err(LineFaultKind::TooManyParts { parts, max: MAX_PARTS });
@@ -275,20 +279,20 @@ fn count(parts: f64) -> Result<u32, LineFaultKind> {
     Ok(parts.ceil().max(1.0) as u32)
 }
 
-/// How the F words of all parts come out.
+/// The result for the F words of all parts.
 pub(in crate::process) enum PartFeeds {
-    /// All can be written.
+    /// All F words can be written.
     Fit,
-    /// One is more than allowed.
+    /// One F word is above the limit.
     TooHigh,
-    /// One is less than can be written.
+    /// One F word is too small to be written.
     TooLow {
-        /// In program units.
+        /// The F word, in program units.
         feed: f64,
     },
 }
 
-/// Looks at the F words of all parts: each has to be one that can be written, and no faster than allowed.
+/// Checks the F words of all parts: each must be large enough to be written, and no faster than allowed.
 pub(in crate::process) fn part_feeds(
     checked: &Checked<'_>,
     motion: &Motion,
@@ -311,8 +315,8 @@ pub(in crate::process) fn part_feeds(
     PartFeeds::Fit
 }
 
-/// Whether a part with this F runs faster than allowed. Where the limit is no measure of this F (degrees, or a length per
-/// spindle turn), so many times the programmed one is.
+/// Whether a part with this F runs faster than allowed. If the limit cannot be compared with this F (degrees, or a
+/// length per spindle turn), the limit is [`CcParameters::FEED_TIMES`] the programmed F.
 pub(in crate::process) fn is_too_fast(
     max_feed: Option<Feedrate>,
     motion: &Motion,

@@ -1,4 +1,5 @@
-//! Which motions are checked, where the cutter touches at their ends, and how far the contact strays between.
+//! Decides which motions are checked, where the cutter touches at their ends, and how far the contact deviates
+//! between them.
 
 use super::contact_finder;
 use super::contact_finder::ContactFinder;
@@ -16,14 +17,14 @@ use crate::process::set_up::{ContactSource, SetUps, turns};
 use crate::process::text::{MotionPoses, Passage};
 use crate::program::Dialect;
 
-/// So many motions are looked at ahead for the direction in which a pass goes on.
+/// The number of motions that are searched ahead for the direction in which a pass continues.
 const MAX_LOOKAHEAD: usize = 64;
-/// What a look leaves open below this share of the tolerance needs no closer look.
+/// If a quick look leaves less than this share of the tolerance open, no closer look is needed.
 const NEGLIGIBLE: f64 = 0.02;
 /// Mean square of a parabola over its arc, as a share of its top squared.
 const PARABOLA_MEAN_SQUARE: f64 = 8.0 / 15.0;
 
-/// What a checked motion turned out to be.
+/// The result for a checked motion.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "lives for one call")]
 pub(in crate::process) enum Verdict<'a> {
@@ -42,26 +43,26 @@ pub(in crate::process) enum Verdict<'a> {
 pub(in crate::process) struct Checked<'a> {
     pub(in crate::process) block: SourceBlock<'a>,
     pub(in crate::process) before: Sampled,
-    /// U V W words gave the contacts, so that new blocks get U V W of the contact aimed at.
+    /// U V W words gave the contacts, so inserted blocks get U V W of the target contact.
     pub(in crate::process) contact_from_words: bool,
-    /// U V W or nx ny nz at the start: those of the point, else the last ones stated before it, which still stand.
+    /// U V W or nx ny nz at the start. If the start point states none, the last words stated before it still hold.
     pub(in crate::process) start_contact: Option<[f64; 3]>,
     /// Where the tool touches at both ends.
     pub(in crate::process) contacts: [CutterContact; 2],
-    /// The feed of the pass, for a motion whose own tip does not show it.
+    /// The feed of the pass, for a motion whose own tip does not show its feed.
     pub(in crate::process) pass_feed: Option<Vec3>,
 }
 
-/// A program point on the way.
+/// A program point on the path.
 #[derive(Debug, Clone, Copy)]
 struct JudgedPoint {
     station: Station,
     mode: Interpolation,
     words: ContactWords,
     touch: Option<Touch>,
-    /// A contact was stated that cannot be one; the fault is noted.
+    /// The stated contact is impossible. The fault is recorded.
     faulty: bool,
-    /// The contact that the touch gives, W \[mm\].
+    /// The contact point that follows from the touch, in W \[mm\].
     contact_mm: Vec3,
     line: u64,
 }
@@ -80,10 +81,10 @@ impl JudgedPoint {
         }
     }
 
-    /// The point at the end of a motion, where a point is no longer needed.
+    /// Reuses a point that is no longer needed as the end of a motion.
     #[inline]
     fn arrive(&mut self, words: &AxisWords, pose: &ToolPose, mode: Interpolation, motion: &Motion) {
-        // Field by field: a point put together elsewhere and moved here would be read before it is written.
+        // The fields are set one by one. A point built elsewhere and moved here would be read before it is written.
         let Self { station, mode: own_mode, words: contact, touch, faulty, contact_mm, line } = self;
         let Station { words: own_words, pose: own_pose } = station;
         (*own_words, *own_pose, *own_mode) = (*words, *pose, mode);
@@ -92,21 +93,22 @@ impl JudgedPoint {
     }
 }
 
-/// Looks at motion after motion, in the order of the program.
+/// Judges motion after motion, in the order of the program.
 pub(in crate::process) struct Judge<'a> {
     machine: &'a Machine,
     set_ups: SetUps,
-    /// The cutter in the spindle; one that nothing depends on where it is not known.
+    /// The cutter in the spindle. If it is not known, a placeholder on which nothing depends.
     tool: Tool,
     parameters: &'a CcParameters,
     finder: ContactFinder<'a>,
     dialect: Dialect,
-    /// The last program point, if it is known, and the place of the next one: points are too large to be handed about.
+    /// The last program point, if it is known, and the memory for the next one. Points are too large to be passed by
+    /// value.
     point: Option<Box<JudgedPoint>>,
     spare: Option<Box<JudgedPoint>>,
-    /// The feed of the last motion of the pass that shows it.
+    /// The feed of the last motion of the pass whose tip shows it.
     feed_before: Option<Vec3>,
-    /// The last contact words stated, and those that stood before the motion at hand.
+    /// The last contact words stated, and those that held before the current motion.
     stated: ContactWords,
     stated_before: ContactWords,
     /// Motions whose contacts were assumed.
@@ -144,19 +146,19 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The mode a motion is judged in: the parameter wins over the program's own switches.
+    /// The mode in which a motion is judged. The parameter overrides the program's own switches.
     pub(in crate::process) fn mode(&self, motion: &Motion) -> Interpolation {
         self.parameters.program.interpolation.unwrap_or(motion.interpolation)
     }
 
-    /// Where contacts are found.
+    /// The finder of contacts.
     pub(in crate::process) fn finder(&self) -> &ContactFinder<'a> {
         &self.finder
     }
 
-    /// Judges the motion of this index in a prepared passage; `following` is the first motion after it, `text` the
-    /// motion's block. Deviations that could be the largest so far (`largest_after_mm`) are measured, smaller
-    /// ones only bounded. `None`: not checked.
+    /// Judges the motion of this index in a prepared passage. `following` is the first motion after the passage,
+    /// `text` the motion's block. Deviations that could be the largest so far (`largest_after_mm`) are measured;
+    /// smaller ones are only bounded. Returns `None` if the motion is not checked.
     pub(in crate::process) fn judge(
         &mut self,
         passage: &Passage,
@@ -168,13 +170,13 @@ impl<'a> Judge<'a> {
         let motion = &passage.motions[index];
         let mode = self.mode(motion);
         if self.set_ups.enter(motion) {
-            // The same words are another place now, or another cutter touches elsewhere.
+            // The same words now mean another place, or another cutter touches at another point.
             self.point = None;
             self.tool = self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL);
         }
         self.stated_before = self.stated;
         if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
-            // What a call or a cycle does to them is not seen.
+            // The effect of a call or a cycle on the contact words is not known.
             self.stated = motion.contact;
         }
         let pose = &passage.poses[index].end;
@@ -195,7 +197,7 @@ impl<'a> Judge<'a> {
         let mut start = self.point.take();
         let verdict = match (motion.start, &mut end) {
             (Some(_), Some(_)) if self.looks_at(motion) && self.is_missing_something(motion, mode, text) => {
-                // Where it is computed with what nobody states, nothing else can be said of it.
+                // The path depends on a missing value, so nothing more can be said about this motion.
                 self.feed_before = None;
                 None
             }
@@ -230,7 +232,7 @@ impl<'a> Judge<'a> {
         verdict
     }
 
-    /// Whether something is not stated that the path of this motion depends on; that is a fault then.
+    /// Whether a value is missing on which the path of this motion depends. If so, records a fault.
     fn is_missing_something(&mut self, motion: &Motion, mode: Interpolation, text: &[u8]) -> bool {
         let missing = self.set_ups.now.missing_for_turning(mode, motion);
         let is_missing = missing.is_some();
@@ -241,7 +243,7 @@ impl<'a> Judge<'a> {
     }
 
     /// Judges the motion of this index between the points at its ends.
-    #[expect(clippy::too_many_arguments, reason = "what `judge` has, and its two points")]
+    #[expect(clippy::too_many_arguments, reason = "the arguments of `judge`, and its two points")]
     #[inline]
     fn between(
         &mut self,
@@ -281,7 +283,7 @@ impl<'a> Judge<'a> {
         Some(self.measure([start, end], contacts, pass_feed, &passage.poses[index], largest_after_mm))
     }
 
-    /// The feed of a motion: the direction of its own tip, or that of its pass where the tip does not show it.
+    /// The feed of a motion: the direction of its own tip, or of its pass if the tip does not show it.
     fn feed(
         &mut self,
         start: &JudgedPoint,
@@ -304,7 +306,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The feed of the next motion of the pass that shows it.
+    /// The feed of the next motion of the pass whose tip shows it.
     fn feed_after(
         &self,
         from: &ToolPose,
@@ -333,8 +335,8 @@ impl<'a> Judge<'a> {
         None
     }
 
-    /// Assumes the contacts of a motion from its feed. Where no rotary axis turns nothing is assumed, and where the feed
-    /// leaves the contact open the tip stands for it.
+    /// Assumes the contacts of a motion from its feed. If no rotary axis turns, nothing is assumed. If the feed
+    /// leaves the contact open, the tip is taken as the contact.
     fn assume(
         &mut self,
         start: &mut JudgedPoint,
@@ -357,8 +359,8 @@ impl<'a> Judge<'a> {
         self.put(end, Some(to));
     }
 
-    /// Whether the side on which a bull-nose or flat cutter touches turns so far within a block that no line joins
-    /// the two contacts: 90° where they are stated, 45° where they are assumed.
+    /// Whether the touching side of a bull-nose or flat cutter turns too far within a block for a line to join the
+    /// two contacts. The limit is 90° for stated contacts and 45° for assumed ones.
     fn contact_swings(&self, ends: [&JudgedPoint; 2], contacts: &[CutterContact; 2]) -> bool {
         if self.tool.is_ball() {
             return false;
@@ -375,7 +377,7 @@ impl<'a> Judge<'a> {
         matches!((side(0), side(1)), (Some(a), Some(b)) if a.dot(&b) < least)
     }
 
-    /// Whether a straight motion goes nowhere: then it is none, and at most states another contact for the point.
+    /// Whether a straight motion goes nowhere. It is then no motion; at most it states another contact for the point.
     fn rests(&mut self, motion: &Motion, mode: Interpolation) -> bool {
         let rests = motion.kind == MotionKind::Linear && motion.start.is_some() && motion.start == motion.end;
         if rests {
@@ -439,7 +441,7 @@ impl<'a> Judge<'a> {
         Verdict::Over(Checked { block, before, contact_from_words, start_contact, contacts, pass_feed })
     }
 
-    /// Finds the contact at a point. Faults are noted, and the point then has no contact.
+    /// Finds the contact at a point. Records faults; the point then has no contact.
     fn touch(&mut self, point: &mut JudgedPoint, text: &[u8]) {
         let kinematics = &self.set_ups.now.kinematics;
         let tool = &self.tool;
@@ -458,7 +460,7 @@ impl<'a> Judge<'a> {
         self.put(point, found);
     }
 
-    /// Puts a contact at a point.
+    /// Stores a contact in a point.
     fn put(&self, point: &mut JudgedPoint, touch: Option<Touch>) {
         point.touch = touch;
         if let Some(touch) = &point.touch {
@@ -491,7 +493,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Whether the motion is one to be checked.
+    /// Whether the motion is to be checked.
     fn looks_at(&self, motion: &Motion) -> bool {
         checkable(motion) && !self.may_roll_over(motion) && !self.set_ups.now.is_foreign()
     }
@@ -513,7 +515,7 @@ impl<'a> Judge<'a> {
         }
         let mode = self.mode(motion);
         if mode == Interpolation::Tcp && !self.set_ups.now.is_stated() {
-            // Where the axes stand depends on the set-up then.
+            // The axis positions then depend on the set-up.
             self.warnings.add(WarningKind::TravelNotChecked, Some(motion.line));
             return;
         }
@@ -523,7 +525,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The positions that the linear axes take: the words themselves, or with TCP those that reach the tip.
+    /// The positions of the linear axes: the words themselves, or with TCP the positions that reach the tip.
     pub(in crate::process) fn axis_words(
         &self,
         mode: Interpolation,
@@ -553,14 +555,14 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// The turn that is as long either way \[deg\].
+/// The turn that is equally long both ways \[deg\].
 const HALF_TURN_DEG: f64 = 180.0;
 
-/// Differences of words are off by less \[deg\].
+/// Errors in differences of words are smaller than this \[deg\].
 const SAME_DEG: f64 = 1e-9;
 
-/// Whether nobody can tell which way round a rotary axis goes: one without an end turns by half a turn or more, and on some
-/// controls of ISO programs it rolls over and goes the shorter way.
+/// Whether the direction of a rotary axis is unknown. This holds if an axis without travel limits turns by half a
+/// turn or more. Some controls of ISO programs let such an axis roll over and take the shorter way.
 pub(in crate::process) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
     let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
     dialect.rules().may_roll_over

@@ -1,7 +1,8 @@
-//! The largest deviation so far, as it stands at fixed places of the output.
+//! The largest deviation so far, recorded at fixed places of the output.
 
-/// The largest deviation left so far, as it stands at every [`Milestones::BLOCKS`]th block of the output: what is measured
-/// and what only bounded hangs on it, and must not hang on how far somebody has read.
+/// The largest deviation left so far, recorded at every [`Milestones::BLOCKS`]th block of the output. It decides
+/// which deviations are measured and which are only bounded. That choice must not depend on how far the reading has
+/// got.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::process) struct Milestones {
     next: u64,
@@ -17,7 +18,7 @@ impl Default for Milestones {
 impl Milestones {
     const BLOCKS: u64 = 512;
 
-    /// So many blocks are behind, and this is the largest deviation they leave \[mm\].
+    /// Records that `blocks` blocks are read and that `largest_mm` is the largest deviation they leave \[mm\].
     pub(in crate::process) fn reach(&mut self, blocks: u64, largest_mm: f64) {
         if blocks >= self.next {
             self.next = (blocks / Self::BLOCKS + 1) * Self::BLOCKS;

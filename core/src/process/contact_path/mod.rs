@@ -1,4 +1,4 @@
-//! The step that repairs the cutter-contact path between the ends of motions: blocks over tolerance are divided.
+//! The step that repairs the cutter-contact path between the ends of motions. It divides blocks over tolerance.
 
 mod check;
 mod contact_ends;

@@ -1,4 +1,4 @@
-//! What a cutter-contact compensation is asked to do.
+//! The parameters of a cutter-contact compensation.
 
 use crate::process::set_up::{Budget, ContactSource};
 use std::ops::ControlFlow;
@@ -23,26 +23,26 @@ pub enum OutputForm {
 /// The parameters of a cutter-contact compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CcParameters {
-    /// The cutter; `None`: each section's own from the machine's tool table. With the tip for its contact its shape counts for
-    /// nothing.
+    /// The cutter. `None`: each section takes its own from the machine's tool table. If the tip is the contact, the
+    /// cutter's shape does not matter.
     pub tool: Option<Tool>,
     /// Largest deviation of the contact point from its line.
     pub tolerance: Length,
     /// The source of contacts.
     pub contact: ContactSource,
-    /// An assumed contact belongs to another pass if the feed direction turns by more than this.
+    /// If the feed turns by more than this angle, an assumed contact belongs to another pass.
     pub pass_break: Angle,
     /// How the tip moves.
     pub correction: Correction,
     /// How blocks are divided.
     pub output: OutputForm,
-    /// What the text does not say: unit, work offsets, tool length and the like.
+    /// What the text does not state: unit, work offsets, tool length and the like.
     pub program: ProgramSetup,
-    /// The largest speed of the tip that an F word may ask for; `None`: [`Self::FEED_TIMES`] the programmed one.
+    /// The largest speed of the tip that an F word may demand. `None`: [`Self::FEED_TIMES`] the programmed speed.
     pub max_feed: Option<Feedrate>,
-    /// What the control takes for a block at least \[s\], where that is known.
+    /// The shortest time that the control needs for a block \[s\], if it is known.
     pub block_time_s: Option<f64>,
-    /// Cost limits of the computation.
+    /// The limits of the computation.
     pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
@@ -51,16 +51,18 @@ pub struct CcParameters {
 impl CcParameters {
     /// Smallest tolerance: a tenth of the last digit of five decimals.
     pub const MIN_TOLERANCE: Length = Length::from_mm(1e-6);
-    /// Largest tolerance that is still one.
+    /// Largest tolerance.
     pub const MAX_TOLERANCE: Length = Length::from_mm(10.0);
 
-    /// The feed of a finishing pass turns by a few degrees from block to block, that of a link or a corner by more than this.
+    /// In a finishing pass the feed turns by a few degrees from block to block. At a link or a corner it turns by
+    /// more than this.
     pub const PASS_BREAK_DEG: f64 = 15.0;
-    /// Parts of a divided block run no faster than so many times the programmed feed: more comes of a contact that swings,
-    /// not of the part.
+    /// Parts of a divided block run no faster than this number times the programmed feed. A higher speed comes from a
+    /// contact that swings, not from the part.
     pub const FEED_TIMES: f64 = 10.0;
 
-    /// The defaults of the contract for a tool: 10 µm, contact found by itself, even correction, fewest blocks.
+    /// The defaults of the contract for a tool: 10 µm, contact source found automatically, even correction, fewest
+    /// blocks.
     #[must_use]
     pub fn new(tool: impl Into<Option<Tool>>, program: ProgramSetup) -> Self {
         Self {
@@ -78,11 +80,11 @@ impl CcParameters {
         }
     }
 
-    /// The same for a program that was looked through, with the tool of each section; `contact` is where contacts come from,
-    /// `auto` resolved.
+    /// The same parameters with the tool of each section, for a program that was surveyed. `contact` is the source of
+    /// contacts, with `auto` resolved.
     ///
     /// # Errors
-    /// It is not known which tool cuts, the program cannot be read, or the caller no longer waits.
+    /// The cutting tool is not known, the program cannot be read, or the caller has stopped waiting.
     pub(in crate::process) fn with_tools(
         &self,
         contact: ContactSource,

@@ -1,4 +1,4 @@
-//! What is worked out of a stretch before it is judged: many motions at a time, beside the judging of the stretch before.
+//! Computes what a stretch needs before it is judged, many motions at a time. Meanwhile the stretch before is judged.
 
 use super::parameters::CcParameters;
 use crate::contact::rotary_rad;
@@ -14,17 +14,17 @@ use crate::process::text::{Inventory, MotionPoses, Passage, Stretch};
 pub(in crate::process) struct Preparation<'a> {
     machine: &'a Machine,
     set_ups: SetUps,
-    /// Who interpolates, where the parameter says so.
+    /// The interpolation mode that the parameter prescribes, if any.
     interpolation: Option<Interpolation>,
     vectors: ToolVectors,
     joints: JointLanes,
     poses: PoseLanes,
-    /// The inventory of everything prepared.
+    /// The inventory of everything prepared so far.
     inventory: Inventory,
 }
 
 impl Prepare for Preparation<'_> {
-    /// Gives the motions of a stretch their words where vectors stated them, works out their poses, and counts what there is.
+    /// Resolves the words of motions that state vectors, computes the poses, and counts the content of the stretch.
     fn prepare(&mut self, stretch: &mut Stretch) {
         stretch.resolve(&mut self.vectors);
         for passage in &mut stretch.passages {
@@ -63,14 +63,14 @@ impl<'a> Preparation<'a> {
         }
     }
 
-    /// Of motions with the set-up entered last.
+    /// Computes the poses of motions that all have the set-up entered last.
     fn work_out_alike(&mut self, motions: &[Motion], poses: &mut Vec<MotionPoses>) {
         let (machine, count) = (self.machine, motions.len());
         let joints = |words: Option<AxisWords>| {
             let words = words.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
             (words.linear_mm, rotary_rad(machine, words.rotary_deg))
         };
-        // All ends, then all middles.
+        // The lanes hold all ends first, then all middles.
         self.joints.fill((0..2 * count).map(|lane| {
             joints(if lane < count { motions[lane].end } else { half_way(&motions[lane - count]) })
         }));
@@ -78,7 +78,7 @@ impl<'a> Preparation<'a> {
         poses.extend(motions.iter().enumerate().map(|(index, motion)| {
             let mut found =
                 MotionPoses { end: self.poses.pose(index), middle: self.poses.pose(count + index) };
-            // With TCP the linear words are the tip themselves.
+            // With TCP the linear words are the tip itself.
             if self.interpolation.unwrap_or(motion.interpolation) == Interpolation::Tcp {
                 let tip_mm = |words: Option<AxisWords>| words.map(|words| Vec3::from(words.linear_mm));
                 found.end.tip_mm = tip_mm(motion.end).unwrap_or(found.end.tip_mm);

@@ -1,4 +1,4 @@
-//! The step that repairs the cutter-contact path: motions are judged, and divided where their contact deviates.
+//! The step that repairs the cutter-contact path. It judges motions and divides those whose contact deviates too far.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -41,14 +41,14 @@ pub fn compensate(
 
 /// Compensates the cutter-contact path of a program on one machine (§2; P0).
 ///
-/// Blocks whose contact deviates by more than the tolerance are divided and corrected; all other bytes are copied.
-/// What is written is read back with its own decimals and checked against the source's lines before this function
-/// returns; the report's `after` comes from that reading. Memory does not grow with the program.
+/// Divides and corrects blocks whose contact deviates by more than the tolerance, and copies all other bytes. Before
+/// it returns, it reads the written text back with its own decimals and checks it against the source's lines. The
+/// report's `after` comes from that reading. Memory does not grow with the program.
 ///
-/// `stop` is asked every few milliseconds.
+/// The function asks `stop` every few milliseconds.
 ///
 /// # Errors
-/// Why the program is refused. `output` must then be thrown away and not be run.
+/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
 pub fn compensate_side_by_side(
     machine: &Machine,
     parameters: &CcParameters,
@@ -74,12 +74,12 @@ impl<'p> PathStep<'p> {
         Self { parameters, report: None }
     }
 
-    /// The report, once a program has gone through.
+    /// The report, available after a program has gone through.
     ///
     /// # Errors
-    /// None has.
+    /// No program has gone through.
     pub(in crate::process) fn report(self) -> Result<CcReport, Fault> {
-        self.report.ok_or_else(|| failed(0, "a step was left out"))
+        self.report.ok_or_else(|| failed(0, "a step did not run"))
     }
 }
 
@@ -137,10 +137,10 @@ impl Step for PathStep<'_> {
     }
 }
 
-/// What was written is handed over to be read back when it has come to this \[bytes\], or with its stretch.
+/// The written text is handed over for reading back when it reaches this size \[bytes\], or when its stretch ends.
 const HAND_OVER_BYTES: usize = 4 << 20;
 
-/// How far the ends of the parts are from where the block has them at most \[mm\].
+/// The largest distance between the end of a part and the same point of the source block \[mm\].
 fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
     let inner = nodes.split_last().map_or(&[][..], |(_, inner)| inner);
     let off =
@@ -148,22 +148,22 @@ fn correction_mm(block: &SourceBlock<'_>, nodes: &[Node]) -> f64 {
     inner.iter().map(off).fold(0.0, f64::max)
 }
 
-/// What becomes of a motion's block.
+/// The fate of a motion's block.
 enum Kept {
-    /// It is copied; path length and deviation where it was checked.
+    /// It is copied. Holds path length and deviation if the motion was checked.
     As(Option<(f64, Sampled)>),
-    /// It was written anew.
+    /// It was rewritten.
     No,
-    /// It refuses the program.
+    /// It has a fault, so the program is refused.
     Faulty,
 }
 
-/// How far a stretch has been worked off.
+/// The place that the work has reached in a stretch.
 #[derive(Debug, Clone, Copy, Default)]
 struct Reached {
     passage: usize,
     motion: usize,
-    /// The passage was begun.
+    /// Whether the passage was begun.
     is_begun: bool,
 }
 
@@ -182,7 +182,7 @@ struct PathWork<'a> {
     over: u64,
     divided: u64,
     fit: DialectFit,
-    /// Blocks that were read so far.
+    /// Source blocks read so far.
     counted: u64,
     uses_tcp: bool,
 }
@@ -251,7 +251,7 @@ impl<'a> PathWork<'a> {
         }
     }
 
-    /// Goes on with a batch: true at its end, false where enough is written.
+    /// Continues with a batch. Returns true at its end, false if enough text is written.
     fn passage(
         &mut self,
         passage: Placed<'_>,
@@ -299,7 +299,7 @@ impl<'a> PathWork<'a> {
         Ok(true)
     }
 
-    /// Copies the blocks before this motion's, then writes its parts, unless these would run too fast.
+    /// Copies the blocks before this motion's block, then writes its parts, unless the parts would run too fast.
     fn divide(
         &mut self,
         passage: Placed<'_>,
@@ -329,7 +329,7 @@ impl<'a> PathWork<'a> {
                 return Ok(Kept::Faulty);
             }
         };
-        // The last node is the source block's own end, which was looked at already.
+        // The last node is the end of the source block, which was already checked.
         for node in division.nodes.iter().rev().skip(1) {
             let station = &node.station;
             let words = self.judge.axis_words(checked.block.mode, &station.words, station.pose.tip_mm);
@@ -358,7 +358,7 @@ impl<'a> PathWork<'a> {
         Ok(Kept::No)
     }
 
-    /// Warns where the machine stops after every part, and where parts are shorter than the control takes for a block.
+    /// Warns if the machine stops after every part, and if a part is shorter than the control needs for a block.
     fn warn_of_times(&mut self, motion: &Motion, checked: &Checked<'_>, division: &Division) {
         let warnings = &mut self.judge.warnings;
         if motion.exact_stop {
@@ -378,7 +378,8 @@ impl<'a> PathWork<'a> {
         }
     }
 
-    /// Refuses to go on where the judging and so many evaluations of the verification come to too many.
+    /// Refuses the program if judging plus `verifying` evaluations exceed the budget, or if too many blocks are
+    /// written.
     fn check_budget(&self, verifying: u64) -> Result<(), Fault> {
         let budget = &self.parameters.budget;
         if self.judge.effort.evaluations() + verifying > budget.max_evaluations {
@@ -393,7 +394,7 @@ impl<'a> PathWork<'a> {
         Ok(())
     }
 
-    /// What was done, and the lines that came in.
+    /// The report, and the map of inserted lines.
     fn report(
         mut self,
         verifier: PathCheck<'_>,

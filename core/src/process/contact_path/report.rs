@@ -7,13 +7,13 @@ use crate::process::set_up::ContactSource;
 use crate::process::text::ProgramReading;
 use crate::program::{Dialect, Steps};
 
-/// Everything a compensation has to show for itself.
+/// The report of a compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CcReport {
     /// The dialect read and written.
     pub dialect: Dialect,
-    /// Who interpolates: with TCP where the program switches it on or the parameter says so. Motions before the switch
-    /// are judged as machine motions all the same.
+    /// The interpolation mode: TCP if the program switches it on or the parameter says so. Motions before the switch
+    /// are still judged as machine motions.
     pub interpolation: Interpolation,
     /// Where contacts came from.
     pub contact: ContactSource,
@@ -29,18 +29,18 @@ pub struct CcReport {
     pub motions_checked: u64,
     /// Motions over tolerance before.
     pub motions_over_tolerance: u64,
-    /// Those of them that stay as they are, because their parts would run too fast.
+    /// Motions over tolerance that are left unchanged, because their parts would run too fast.
     pub motions_left_over: u64,
-    /// Blocks that only got their F word back after divided blocks.
+    /// Blocks that changed only because their F word was restored after divided blocks.
     pub feeds_restored: u64,
     /// Deviation of the upload.
     pub before: DeviationSummary,
-    /// Deviation of what was written, from its own text.
+    /// Deviation of the written program, measured from its own text.
     pub after: DeviationSummary,
     /// Σ chords of the checked motions \[mm\].
     pub cc_path_length_mm: f64,
     /// Deviation along the path.
     pub series: Series,
-    /// What the caller should know.
+    /// Warnings for the caller.
     pub warnings: Vec<Warning>,
 }

@@ -1,10 +1,13 @@
-//! Blocks that left as they came: compared byte for byte where that says as much as reading them would.
+//! Compares copied blocks byte for byte where that proves as much as reading them would.
 //!
-//! A motion that repeats the one before ([`Motion::repeats`]) is made of that motion and of its own text alone. So where the
-//! first motion of a run of copied blocks was read from the output and is the source's to the bit, and the blocks behind it
-//! repeat it and are in the output the same bytes as in the source, reading them would give the source's motions: by
-//! induction from one block to the next. Where a statement may run over lines or hang on the one behind it, the last one
-//! of the run is compared and read as well: it says where the one before it ends and what it is. Everything else is read.
+//! A motion that repeats the motion before ([`Motion::repeats`]) depends only on that motion and on its own text.
+//! Suppose that the first motion of a run of copied blocks was read from the output and equals the source's to the
+//! bit. Suppose also that all later blocks of the run repeat it, and that their bytes in the output equal the
+//! source's. Then reading them would give the source's motions, by induction from one block to the next.
+//!
+//! In some dialects a statement may continue over lines or depend on the statement after it. There the last statement
+//! of the run is both compared and read, because it shows where the statement before it ends and what it is.
+//! Everything else is read.
 
 use super::check::{ExpectedMotion, Judged, Meaning, PathCheck, SourceMotion};
 use crate::motion::Motion;
@@ -13,7 +16,7 @@ use crate::process::pipeline::{Copied, Outgoing, StepCheck, failed};
 use crate::process::text::{Inventory, Passage, Stretch};
 use crate::program::Block;
 
-/// Shorter runs are read: that costs less than to look for their ends.
+/// Shorter runs are read, because that costs less than finding their ends.
 const LEAST_RUN: usize = 4;
 
 impl<'a> StepCheck for PathCheck<'a> {
@@ -36,7 +39,7 @@ impl<'a> StepCheck for PathCheck<'a> {
 }
 
 impl<'a> PathCheck<'a> {
-    /// Looks at this text of the output, written of this stretch.
+    /// Checks this text of the output, which was written from this stretch.
     pub(in crate::process) fn look_at(
         &mut self,
         written: &mut Outgoing<ExpectedMotion<'a>>,
@@ -52,7 +55,7 @@ impl<'a> PathCheck<'a> {
         self.read_back.feed(text.get(fed..).unwrap_or_default());
         self.read(stretch)?;
         self.milestones.reach(self.read_back.blocks_read(), self.found.after.max_mm());
-        // The stretch goes before the rest of its text is read.
+        // The stretch is dropped before the rest of its text is read.
         for expected in self.read_back.awaited_mut() {
             if let ExpectedMotion::Same { motion, .. } = expected
                 && let SourceMotion::At { passage, motion: index, .. } = *motion
@@ -64,7 +67,7 @@ impl<'a> PathCheck<'a> {
         Ok(())
     }
 
-    /// Goes through copied blocks, of text that is read up to `fed`; gives up to where it is read then.
+    /// Checks copied blocks in a text that is read up to `fed`. Returns the place up to which it is read afterwards.
     fn copied(
         &mut self,
         text: &[u8],
@@ -75,7 +78,7 @@ impl<'a> PathCheck<'a> {
     ) -> Result<usize, Fault> {
         let (blocks, [from, to]) = (passage.batch.blocks(), copied.blocks);
         let Some(start) = blocks.get(from).map(|block| block.start as usize) else { return Ok(fed) };
-        // Where a block ends in the text that was written.
+        // The place where a block ends in the written text.
         let end_of = |block: usize| {
             blocks
                 .get(block)
@@ -86,7 +89,7 @@ impl<'a> PathCheck<'a> {
             let before = passage.motions.get(first).filter(|motion| (motion.block as usize) < to);
             let Some(before) = before else { return Ok(fed) };
             let run = run_behind(&passage.motions, first, to);
-            // Where a statement hangs on what follows, the last one of a run says what the one before it is, and is read.
+            // If a statement depends on what follows, the last one of a run settles the one before it, and is read.
             let passed = run - usize::from(self.read_back.looks_ahead && run > 0);
             let last = passage.motions.get(first + run).filter(|_| run >= LEAST_RUN);
             let (Some(last), Some(last_passed)) = (last, passage.motions.get(first + passed)) else {
@@ -120,14 +123,14 @@ impl<'a> PathCheck<'a> {
         }
     }
 
-    /// Takes what was found of motions that need not be read; they come behind the block of this index.
+    /// Takes over the findings of motions that need not be read. They come after the block of this index.
     fn pass_over(&mut self, motions: &[Motion], block_before: u32) -> Result<(), Fault> {
         let blocks_before = self.read_back.blocks_before();
         for motion in motions {
             self.effort.pass(1);
             go_on(&self.effort)?;
             let Some(ExpectedMotion::Same { motion: source, checked }) = self.read_back.take_awaited() else {
-                return Err(failed(motion.line, "a motion too many"));
+                return Err(failed(motion.line, "there is a motion too many"));
             };
             if source.line() != motion.line {
                 return Err(failed(motion.line, "a motion is missing"));
@@ -144,8 +147,8 @@ impl<'a> PathCheck<'a> {
     }
 }
 
-/// On how many lines the blocks from one index to another stand. The last one may be the batch's last where every block
-/// is a line.
+/// The number of lines of the blocks from one index up to, but not including, another. If the second index is past
+/// the end of the batch, every block is one line.
 fn lines_of(blocks: &[Block], from: usize, to: usize) -> u64 {
     match (blocks.get(from), blocks.get(to)) {
         (Some(first), Some(behind)) => behind.line - first.line,
@@ -153,8 +156,9 @@ fn lines_of(blocks: &[Block], from: usize, to: usize) -> u64 {
     }
 }
 
-/// How many motions behind this one repeat it in blocks before the one of index `end`, with contacts of the same kind and
-/// either all or none with a feed. All end at known words: where a vector has none, the next one hangs on what was before.
+/// Counts the motions after this one that repeat it, in blocks before the block of index `end`. Their contacts are of
+/// the same kind, and either all or none of them state a feed. All end at known words, because the motion after an
+/// unknown end depends on earlier ones.
 fn run_behind(motions: &[Motion], first: usize, end: usize) -> usize {
     let Some(before) = motions.get(first) else { return 0 };
     let has_feed = before.feed.word_in_block;
@@ -191,7 +195,8 @@ mod tests {
         ProgramSetup { dialect: Some(dialect), ..ProgramSetup::in_mm(&Setup::default()) }
     }
 
-    /// Runs of lines that repeat and what ends them, in several dialects, each with what a line of a motion contains.
+    /// Runs of lines that repeat, and lines that end such a run, in several dialects. Each comes with a text that
+    /// every motion line contains.
     fn programs() -> [(Dialect, &'static str, String); 3] {
         [
             (Dialect::Iso, "X", program()),
@@ -200,7 +205,7 @@ mod tests {
         ]
     }
 
-    /// Statements that run on, comments, feeds, codes, corners that the next statement cuts.
+    /// Statements that continue on the next line, comments, feeds, codes, and corners that the next statement cuts.
     fn conversational() -> String {
         let mut text = "0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+0 A+0 C+0 R0 F500\n".to_owned();
         for line in 0..700 {
@@ -221,7 +226,7 @@ mod tests {
         text
     }
 
-    /// The same of points and vectors; they turn little from one to the next.
+    /// The same with points and vectors, which turn little from one to the next.
     fn cutter_locations() -> String {
         let mut text =
             "PARTNO/P\nUNITS/MM\nMULTAX/ON\nFEDRAT/500.,MMPM\nGOTO/0.,0.,0.,0.1,0.5,0.8\n".to_owned();
@@ -243,7 +248,7 @@ mod tests {
         text
     }
 
-    /// Runs of lines that repeat, and what ends them: feeds, codes, comments, contacts, incremental words.
+    /// Runs of lines that repeat, and lines that end a run: feeds, codes, comments, contacts, incremental words.
     fn program() -> String {
         let mut text = "%\nG21 G90 G94\nG1 F500 X0. Y0. Z0. A0. C0.\n".to_owned();
         for line in 0..700 {
@@ -263,7 +268,7 @@ mod tests {
         text
     }
 
-    /// Reads `text` back as what was written for `source`, every block left as it was.
+    /// Reads back a copy of `source` that `change` has altered, as if every block had been left unchanged.
     fn read_back(dialect: Dialect, source: &str, change: impl Fn(&mut Vec<u8>)) -> Result<(), Fault> {
         let machine = tables();
         let program = in_mm(dialect);
@@ -334,7 +339,8 @@ mod tests {
         }
     }
 
-    /// A statement behind a copied one that cuts its corner gives it another meaning; so does a sign that it runs on.
+    /// A statement after a copied one that cuts its corner changes its meaning. So does a sign that the statement
+    /// continues.
     #[test]
     fn no_statement_that_changes_the_one_before_goes_by() {
         let (dialect, _, source) = &programs()[1];
@@ -359,12 +365,13 @@ mod tests {
         passages.fill(&mut stretch, &|| ControlFlow::Continue(())).unwrap();
         let motions = &stretch.passages[0].motions;
         let repeats: Vec<bool> = motions.iter().map(|motion| motion.repeats).collect();
-        // The point of the start has none before it; behind M8 and behind an unknown number it is all new.
+        // The first point has no motion before it. After M8 and after an unknown number, no motion repeats the one
+        // before.
         let expected = [false, false, true, true, true, true, true, false, true, false, false];
         assert_eq!(repeats, expected);
         let runs = [(1, 2), (4, 0), (5, 1), (7, 1)];
         for (first, run) in runs {
-            assert_eq!(run_behind(motions, first, usize::MAX), run, "behind {first}");
+            assert_eq!(run_behind(motions, first, usize::MAX), run, "after {first}");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Writing a divided block: its parts in the block's own style.
+//! Writes a divided block: its parts in the block's own style.
 
 use super::contact_ends::{ContactEnds, contact_decimals};
 use super::division::Division;
@@ -11,11 +11,11 @@ use crate::program::{
     round_to_decimals,
 };
 
-/// Writing a part takes as long as so many evaluations.
+/// Writing a part takes as long as this number of evaluations.
 const PART_EVALUATIONS: u64 = 8;
 
-/// Writes a divided block: the source block with the first part's words, then one block for each further part; not all
-/// of them where the effort is over.
+/// Writes a divided block: the source block with the first part's words, then one block for each further part. Stops
+/// early if the effort has ended.
 pub(in crate::process) fn write_division(
     emitter: &mut Emitter,
     batch: &Batch,
@@ -83,16 +83,16 @@ fn part_feed(
     Some(rounded_feed(feed, value))
 }
 
-/// Builds the words of each part: absolute, or counted from the point before in G91.
+/// Builds the words of each part: absolute, or in G91 counted from the point before.
 struct Words<'a> {
     checked: &'a Checked<'a>,
     motion: &'a Motion,
     resolution: Resolution,
     letters: [Address; 5],
     present: [bool; 5],
-    /// A neighbour leaves the word out: new blocks do where it does not change.
+    /// A neighbouring block omits the word, so inserted blocks omit it where it does not change.
     left_out: [bool; 5],
-    /// The written position so far: X Y Z in program units, rotaries in degrees.
+    /// The written position so far: X Y Z in program units, rotary axes in degrees.
     written: [f64; 5],
     /// The source block states the tool axis as a vector.
     states_axis: bool,
@@ -125,7 +125,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// The words of the part that ends at `node`; `inserted`: in a block of its own.
+    /// The words of the part that ends at `node`. `inserted` means that the part is a block of its own.
     fn at(&mut self, node: &Node, last: bool, inserted: bool) -> Vec<NewWord> {
         let target = in_units(&node.station.words, self.motion.mm_per_unit);
         let mut list = Vec::with_capacity(12);
@@ -149,7 +149,7 @@ impl<'a> Words<'a> {
         }
         self.axis_words(node, last, &mut list);
         if list.is_empty() {
-            // A block without an axis word would be no motion.
+            // A block without an axis word would not be a motion.
             list.extend(standing);
         }
         self.contact_words(node, last, &mut list);
@@ -161,7 +161,7 @@ impl<'a> Words<'a> {
         list
     }
 
-    /// The tool axis where the program states it as a vector: all three components, where it turns.
+    /// The tool axis, if the program states it as a vector: all three components, where it turns.
     fn axis_words(&self, node: &Node, last: bool, list: &mut Vec<NewWord>) {
         let Some(decimals) = self.resolution.axis_decimals else { return };
         let axis = if last { self.motion.tool_axis.filter(|_| self.states_axis) } else { node.written_axis };
@@ -171,7 +171,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Words of the source block that a part does not have.
+    /// The words of the source block that a part omits.
     fn dropped(&self, last: bool) -> &[Address] {
         match &self.contact {
             ContactEnds::End(addresses, ..) if !last => addresses,
@@ -195,7 +195,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Which of these words one of the neighbouring blocks with such words does not have.
+/// For each of these words, whether a neighbouring block with any of them omits it.
 fn left_out(batch: &Batch, index: usize, letters: [Address; 5]) -> [bool; 5] {
     let has =
         |block: &Block| letters.map(|letter| batch.words(block).iter().any(|word| word.address == letter));

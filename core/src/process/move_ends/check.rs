@@ -1,5 +1,5 @@
-//! The written program read back as a control would read it: every motion against what was planned, and the worn
-//! cutter's contact against the nominal one's, from the words that were read.
+//! Reads the written program back as a control would. It checks every motion against the plan, and the worn cutter's
+//! contact against the nominal one's, from the words that were read.
 
 use super::moves::Moves;
 use super::parameters::WearParameters;
@@ -22,21 +22,22 @@ use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 use crate::units::Angle;
 
-/// Whether to go on is asked every so many motions: each may look for a contact on a surface.
+/// The caller is asked once in this many motions whether to continue, because each may search for a contact on a
+/// surface.
 pub(super) const ASK_EVERY: usize = 32;
-/// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
+/// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
 /// Half a unit of the last decimal on two rotary axes.
 const TURNED: f64 = std::f64::consts::SQRT_2 * 1.1;
-/// Arithmetic of inches and increments \[mm\].
+/// Error of arithmetic with inches and increments \[mm\].
 const ARITHMETIC_MM: f64 = 1e-7;
 
-/// What the next motion of the written program must be.
+/// The expected next motion of the written program.
 #[derive(Debug)]
 pub(super) struct ExpectedEnd {
-    /// The source's motion with the ends, the contact words and the F that were planned.
+    /// The source's motion with the planned ends, contact words and F.
     pub(super) motion: Motion,
-    /// Its rotary words are the source's to the bit, unless it was posted anew.
+    /// The point that was looked at. Its rotary words equal the source's to the bit, unless it was posted anew.
     pub(super) point: Option<MovedPoint>,
     /// How linear and rotary words were written.
     pub(super) resolutions: [Resolution; 2],
@@ -60,17 +61,17 @@ pub(super) struct EndsCheck<'a> {
     written: SetUps,
     posts: bool,
     has_wear: bool,
-    /// The cutter of the section at hand, worn and nominal.
+    /// The cutter of the current section, worn and nominal.
     tool: WornTool,
     read_back: ReadBack<ExpectedEnd>,
-    /// The last contact of the source, where a motion at feed may go on from it.
+    /// The last contact of the source, if a motion at feed may continue from it.
     contact_mm: Option<Vec3>,
     pub(super) found: BeforeAfter,
-    /// What is left at assumed contacts if they are the right ones.
+    /// The remaining deviation at assumed contacts, if the assumptions are right.
     pub(super) if_assumed: DeviationTotals,
-    /// Angle between the tool axis read and the one meant \[rad\].
+    /// Angle between the tool axis that was read and the one meant \[rad\].
     pub(super) axis_left: Largest<Angle>,
-    /// The results of the motions read back. The caller takes them away.
+    /// The outcomes of the motions read back, for the caller to collect.
     changes: Vec<BlockChange>,
     stop: &'a Stop<'a>,
 }
@@ -147,7 +148,7 @@ impl<'a> EndsCheck<'a> {
         if read.tool_axis != next.motion.tool_axis {
             return Err(failed(line, "a stated tool axis changed"));
         }
-        // Words that are solved from a stated axis hang, in their last bits, on the points around.
+        // The last bits of words that are solved from a stated axis depend on the neighbouring points.
         if !self.posts && read.tool_axis.is_none() && rotary(read) != rotary(&next.motion) {
             return Err(failed(line, "a rotary word changed"));
         }
@@ -164,7 +165,7 @@ impl<'a> EndsCheck<'a> {
         if read.tool_axis.is_some() {
             pose.axis = point.pose.axis;
         }
-        // Where the control believes in the nominal length, the worn tip stands ΔL behind.
+        // If the control uses the nominal length, the worn tip is ΔL further back along the tool axis.
         pose.tip_mm += pose.axis * point.behind_mm;
         let hold = &point.contact.hold;
         let (nominal, actual) = (&self.tool.nominal, &self.tool.actual());
@@ -172,13 +173,13 @@ impl<'a> EndsCheck<'a> {
         let [linear, turned] = next.resolutions;
         let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
         if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
-            return Err(failed(line, "the worn cutter's contact is elsewhere"));
+            return Err(failed(line, "the worn cutter's contact is not where it was planned"));
         }
         let axis_rad = if self.posts { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
-        // Near the pole the axis is not reached, by no more than the cone.
+        // Near the pole the axis may be missed, by no more than the cone.
         let cone_rad = if point.held { written.pole_cone_rad() } else { written.tilt_rad() };
         if axis_rad > (TURNED * turned.half()).to_radians() + 2.0 * cone_rad {
-            return Err(failed(line, "the tool axis is elsewhere"));
+            return Err(failed(line, "the tool axis differs from the planned one"));
         }
         self.axis_left.take(Angle::from_rad(axis_rad), line);
         self.tell(point, axis_rad, off_mm.norm(), change);
@@ -200,7 +201,7 @@ impl<'a> EndsCheck<'a> {
         Ok(())
     }
 
-    /// What moving did to a motion, and what of its errors.
+    /// Records the effect of the move on a motion and on its errors.
     fn tell(&self, point: &MovedPoint, axis_left_rad: f64, rounding_mm: f64, change: &mut BlockChange) {
         let contact = &point.contact;
         let (mut before, mut after) = (ErrorShares::default(), ErrorShares::default());
@@ -226,7 +227,7 @@ impl<'a> EndsCheck<'a> {
     }
 }
 
-/// One place's distance, and its part along the normal.
+/// The distance at one place, and its component along the normal.
 fn sampled(distance_mm: f64, along_mm: f64) -> Sampled {
     Sampled {
         max_mm: distance_mm,

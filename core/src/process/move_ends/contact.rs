@@ -1,5 +1,5 @@
-//! Where the nominal cutter touches at a point, how far the tip moves so that the worn one touches there, and where a
-//! cutter at a given pose does touch.
+//! Finds where the nominal cutter touches at a point, and how far the tip moves so that the worn cutter touches
+//! there. Also finds where a cutter at a given pose really touches.
 
 use super::parameters::{Milling, WornCutter};
 use super::worn_tool::WornTool;
@@ -20,19 +20,19 @@ pub(super) enum Hold {
     Corner { normal: Vec3 },
     /// The flank, or the sharp edge of a flat cutter.
     Side { inward: Vec3 },
-    /// The flat end; without a contact the tip stands for it.
+    /// The flat end. Also used without a contact: the tip itself is then kept.
     Flat,
-    /// None of its own: the tip keeps this shift of the last contact, ΔL apart.
+    /// No contact of its own. The tip keeps this shift of the last contact, which excludes ΔL.
     Carried { shift_mm: Vec3 },
-    /// The corner of a cutter known by its table: the tip moves by this, ΔL apart.
+    /// The corner of a cutter that is known by its wear table. The tip moves by this shift, which excludes ΔL.
     Table { normal: Vec3, shift_mm: Vec3 },
 }
 
-/// A contact with the shift that keeps it.
+/// A contact, and the shift that keeps it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WornContact {
     pub(super) hold: Hold,
-    /// Δ in W, ΔL included as far as the control does not know of it \[mm\].
+    /// Δ in W \[mm\]. It includes ΔL as far as the control does not know of it.
     pub(super) shift_mm: Vec3,
     pub(super) note: Option<FlatContact>,
     /// Distance of a stated point from the nominal cutter \[mm\].
@@ -40,7 +40,7 @@ pub(super) struct WornContact {
 }
 
 impl Hold {
-    /// Where a cutter of this shape touches, from its tip \[mm\].
+    /// The vector from the tip to the point where a cutter of this shape touches \[mm\].
     pub(super) fn offset_mm(&self, tool: &Tool, axis: Vec3) -> Vec3 {
         match self {
             Self::Corner { normal } | Self::Table { normal, .. } => {
@@ -51,8 +51,8 @@ impl Hold {
         }
     }
 
-    /// How far the worn cutter's contact is from the nominal one's \[mm\], from both tips: `c′ − c`. Where the tool axes
-    /// differ (posted anew, rounded), the contact is the one along the normal.
+    /// The offset of the worn cutter's contact from the nominal one's \[mm\], computed from both tips: `c′ − c`. If
+    /// the tool axes differ (posted anew, rounded), the contact is the one along the normal.
     pub(super) fn residual_mm(
         &self,
         nominal: &Tool,
@@ -70,9 +70,10 @@ impl Hold {
             - turned_mm
     }
 
-    /// How far the tip has to move along the normal so that a tool turned from one axis to another keeps its height at
-    /// the contact \[mm\]. Sliding over the surface by the turn is left: it is the turn times the cutter's radius, and
-    /// next to a flat contact it has no use.
+    /// How far the tip must move along the normal so that a turned tool keeps its height at the contact \[mm\]. The
+    /// tool turns from the axis `from` to the axis `to`. The turn also slides the contact over the surface, by the
+    /// turn times the cutter's radius. That sliding is left uncorrected; next to a flat contact a correction has no
+    /// use.
     pub(super) fn turn_mm(&self, [nominal, actual]: [&Tool; 2], from: Vec3, to: Vec3) -> Vec3 {
         match self {
             Self::Corner { normal } => {
@@ -85,8 +86,8 @@ impl Hold {
         }
     }
 
-    /// How far the contact of the nominal cutter is from where it is meant \[mm\], for a tool that stands elsewhere than
-    /// meant.
+    /// The offset of the nominal cutter's contact from its planned place \[mm\], for a tool at another pose than
+    /// planned.
     pub(super) fn miss_mm(&self, nominal: &Tool, meant: &ToolPose, real: &ToolPose) -> Vec3 {
         real.tip_mm - meant.tip_mm - self.turn_mm([nominal; 2], meant.axis, real.axis)
     }
@@ -107,7 +108,7 @@ fn depth_mm(tool: &Tool, axis: Vec3, normal: Vec3) -> f64 {
     corner * (1.0 - normal.dot(&axis)) + core * normal.cross(&axis).norm()
 }
 
-/// The contact that a stated point in W gives.
+/// The contact that follows from a stated point in W.
 pub(super) fn by_point(
     tool: &WornTool,
     pose: &ToolPose,
@@ -135,7 +136,7 @@ pub(super) fn by_point(
     }
 }
 
-/// The contact that a surface normal in W gives.
+/// The contact that follows from a surface normal in W.
 pub(in crate::process) fn by_normal(
     tool: &WornTool,
     pose: &ToolPose,
@@ -175,11 +176,11 @@ pub(super) fn flat(tool: &WornTool, pose: &ToolPose, off_tool_mm: f64) -> WornCo
     }
 }
 
-/// Another tool, or no wear at all: the tip itself.
+/// The contact for another tool, or without any wear: the tip itself.
 pub(super) const TIP: WornContact =
     WornContact { hold: Hold::Flat, shift_mm: Vec3::new(0.0, 0.0, 0.0), note: None, off_tool_mm: 0.0 };
 
-/// No contact of its own: the length counts, and the shift of the last contact is kept.
+/// No contact of its own: the length counts, and the last contact's shift is kept.
 pub(super) fn carried(tool: &WornTool, pose: &ToolPose, carried_mm: Vec3) -> WornContact {
     let plain = flat(tool, pose, 0.0);
     let (hold, shift_mm) = (Hold::Carried { shift_mm: carried_mm }, plain.shift_mm + carried_mm);

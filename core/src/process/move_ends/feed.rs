@@ -1,4 +1,4 @@
-//! The F word of a block whose path changed: no block runs faster than the source's.
+//! The F word of a block whose path changed. No block runs faster than the source's.
 
 use crate::contact::{BlockTime, feed_word};
 use crate::motion::{AxisWords, Feed, FeedMode, Motion, MotionKind};
@@ -8,12 +8,12 @@ use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::rounded_feed;
 use crate::program::NewWord;
 
-/// The lower F that a block needs because F counts along a shorter path now, or along millimetres instead of
-/// degrees: a purely rotary block that gains 0.02 mm of X would run through its degrees in no time. `None`: the
-/// source's F serves.
+/// The lower F that a block needs if its path is shorter now, or if F now counts millimetres instead of degrees.
+/// Without it, a purely rotary block that gains 0.02 mm of X would run through its degrees in no time. `None` if the
+/// source's F can stay.
 ///
 /// # Errors
-/// The F is not known where its meaning changes, or too small to be written.
+/// The F is not known although its meaning changes, or it is too small to be written.
 pub(super) fn lowered_feed(
     motion: &Motion,
     written: [&AxisWords; 2],
@@ -25,7 +25,7 @@ pub(super) fn lowered_feed(
         return Ok(None);
     }
     let [before, after] = [[start, end], written].map(|ends| BlockTime::of_words(ends, motion.mm_per_unit));
-    // In G95 the same lengths count along the turns of the spindle.
+    // In G95 the same lengths count, per turn of the spindle.
     let share = feed_word(mode.unwrap_or(FeedMode::PerMinute), 1.0, &before, &after, 1.0);
     let Some(share) = share.filter(|share| *share < 1.0 - TIME_ROUNDING) else { return Ok(None) };
     if value.is_none() {

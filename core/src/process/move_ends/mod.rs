@@ -1,6 +1,6 @@
-//! A whole program for a worn cutter: every block's end is moved so that the contact stays, written, read back.
-//! Blocks are never divided. Tool axis and rotary words never change, but where the program is posted anew for the machine
-//! as it is: then every end keeps its tool pose in W, and rotary words change with the rest.
+//! Writes a whole program for a worn cutter. Every block's end is moved so that the contact stays, and the result is
+//! read back. Blocks are never divided. Tool axis and rotary words never change, unless the program is posted anew
+//! for the machine as it is. Then every end keeps its tool pose in W, and rotary words change with the rest.
 
 mod assumption;
 mod check;

@@ -18,8 +18,8 @@ use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Place, ProgramSource, Survey, naming_unknown_axes};
 use crate::wear::{OneAfterAnother, SideBySide};
 
-/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the caller's
-/// thread.
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the
+/// caller's thread.
 ///
 /// # Errors
 /// Those of [`compensate_wear_side_by_side`].
@@ -35,12 +35,12 @@ pub fn compensate_wear(
 
 /// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)).
 ///
-/// Tool axis and rotary words never change, blocks are never divided, and those whose words stay are copied byte for
-/// byte. What is written is read back with its own decimals, and the worn cutter's contact compared with the nominal
-/// one's at every point, before this function returns; the report's `after` comes from that reading.
+/// Tool axis and rotary words never change, and blocks are never divided. A block whose words stay the same is copied
+/// byte for byte. Before it returns, it reads the written text back with its own decimals. It then compares the worn
+/// cutter's contact with the nominal one's at every point. The report's `after` comes from that reading.
 ///
 /// # Errors
-/// Why the program is refused. `output` must then be thrown away and not be run.
+/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
 pub fn compensate_wear_side_by_side(
     machine: &Machine,
     parameters: &WearParameters,
@@ -67,12 +67,12 @@ impl<'p> MoveStep<'p> {
         Self { moves, report: None }
     }
 
-    /// The report, once a program has gone through.
+    /// The report, available after a program has gone through.
     ///
     /// # Errors
-    /// None has.
+    /// No program has gone through.
     pub(in crate::process) fn report(self) -> Result<Moved, Fault> {
-        self.report.ok_or_else(|| failed(0, "a step was left out"))
+        self.report.ok_or_else(|| failed(0, "a step did not run"))
     }
 }
 
@@ -94,7 +94,7 @@ impl Step for MoveStep<'_> {
         let moves = &self.moves.with_tools(&survey.tools, machine, source, stop)?;
         let worn_tools = moves.worn_tools();
         let has_nominal_shape = worn_tools.iter().all(WornTool::has_nominal_shape);
-        // A cutter of nominal shape moves by its length alone, wherever it touches.
+        // A cutter of nominal shape moves only by its length, wherever it touches.
         let needs_contact = moves.has_wear && !has_nominal_shape;
         if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
             return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
@@ -124,7 +124,8 @@ impl Step for MoveStep<'_> {
         }
         let asks_for_nothing = has_nominal_shape && !hands.step.pilot.moves_everything && !moves.posts;
         if hands.step.motions_followed == 0 && !asks_for_nothing {
-            // Another dialect than the text's, say: what comes back unchanged would be taken for compensated.
+            // The dialect may be wrong, for example. The caller would take an unchanged program for a compensated
+            // one.
             return Err(Fault::NothingFollowed { first: hands.step.pilot.warnings.first_left() });
         }
         hands.finish(&course.passages, output, note)?;

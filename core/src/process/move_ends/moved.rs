@@ -1,13 +1,13 @@
-//! What moving the ends of motions comes to, for a worn cutter and for another machine.
+//! The result of moving the ends of motions, for a worn cutter and for another machine.
 
 use super::posting::Posting;
 use super::report::WearReport;
 
-/// What moving the ends of a program's motions comes to.
+/// The result of moving the ends of a program's motions.
 #[derive(Debug)]
 pub(in crate::process) struct Moved {
-    /// The report of the worn cutter; without one its numbers are those of a cutter of nominal shape.
+    /// The report of the worn cutter. Without a worn cutter, its numbers are those of a cutter of nominal shape.
     pub(in crate::process) wear: WearReport,
-    /// Of posting for another machine.
+    /// The counts of posting for another machine.
     pub(in crate::process) posting: Posting,
 }

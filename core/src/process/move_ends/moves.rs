@@ -1,4 +1,4 @@
-//! What decides where the ends of motions go.
+//! The inputs that decide where the ends of motions go.
 
 use std::ops::ControlFlow;
 
@@ -10,23 +10,24 @@ use crate::process::set_up::{Need, ProgramSetup, SetUps, ToolCalls, ToolUsed};
 use crate::process::text::ProgramSource;
 use crate::program::{StepName, Steps};
 
-/// Everything that decides where ends of motions go: a wear compensation, posting for another machine, or both.
+/// Everything that decides where the ends of motions go, for a wear compensation, posting for another machine, or
+/// both.
 #[derive(Debug, Clone)]
 pub(in crate::process) struct Moves<'a> {
-    /// The worn cutter; without wear a cutter of nominal shape, whose tip is kept.
+    /// The worn cutter. Without wear it is a cutter of nominal shape, whose tip is kept.
     pub(in crate::process) parameters: &'a WearParameters,
-    /// The program and the machine that it was made for.
+    /// The program and the machine for which it was made.
     pub(in crate::process) source_program: ProgramSetup,
     /// The machine that runs it, with the nominal tool length.
     pub(in crate::process) written_program: ProgramSetup,
-    /// The two differ in more than the tool's length: every end is posted anew, rotary words too.
+    /// The two differ in more than the tool's length. Every end is then posted anew, including rotary words.
     pub(in crate::process) posts: bool,
-    /// A worn cutter was named.
+    /// A worn cutter was stated.
     pub(in crate::process) has_wear: bool,
 }
 
 impl<'a> Moves<'a> {
-    /// Those of a wear compensation.
+    /// The inputs of a wear compensation.
     pub(super) fn of_wear(parameters: &'a WearParameters) -> Self {
         Self {
             parameters,
@@ -37,20 +38,20 @@ impl<'a> Moves<'a> {
         }
     }
 
-    /// The steps that are asked for.
+    /// The requested steps.
     pub(super) fn steps(&self) -> Steps {
         let wear = if self.has_wear { Steps::of(&[StepName::Wear]) } else { Steps::NONE };
         if self.posts { wear.with(StepName::LocationErrors) } else { wear }
     }
 
-    /// What holds for the written program.
+    /// The set-up of the written program.
     pub(in crate::process) fn program_after(&self) -> ProgramSetup {
         let tools = self.written_program.tools.behind_wear(self.parameters.known_to_control());
         ProgramSetup { tools, ..self.written_program.clone() }
     }
 
-    /// The worn cutter of a section; `None` where nothing is known of its tool or of its wear. Without wear a cutter of nominal
-    /// shape.
+    /// The worn cutter of a section. `None` if nothing is known of its tool or of its wear. Without wear it is a
+    /// cutter of nominal shape.
     pub(super) fn worn_tool(&self, used: Option<ToolUsed>) -> Option<WornTool> {
         let (used, parameters) = (used?, self.parameters);
         let nominal = used.nominal.or(parameters.nominal)?;
@@ -63,16 +64,16 @@ impl<'a> Moves<'a> {
         Some(WornTool { nominal, worn, milling: parameters.milling, unknown_to_control })
     }
 
-    /// The worn cutters of a program that was looked through.
+    /// The worn cutters of a program that was surveyed.
     pub(super) fn worn_tools(&self) -> Vec<WornTool> {
         let tooling = self.source_program.tools.tooling();
         tooling.all_tools().filter_map(|used| self.worn_tool(Some(used))).collect()
     }
 
-    /// The same for a program that was looked through, with the tool of each section.
+    /// The same inputs with the tool of each section, for a program that was surveyed.
     ///
     /// # Errors
-    /// It is not known which tool cuts, the program cannot be read, or the caller no longer waits.
+    /// The cutting tool is not known, the program cannot be read, or the caller has stopped waiting.
     pub(super) fn with_tools(
         &self,
         calls: &ToolCalls,
@@ -95,7 +96,7 @@ impl<'a> Moves<'a> {
         Ok(Self { source_program, written_program, ..self.clone() })
     }
 
-    /// The machine as it is set up for the source's motions, and for those of the written program.
+    /// The set-ups of the machine for the source's motions and for those of the written program.
     pub(super) fn set_ups(&self, machine: &Machine) -> [SetUps; 2] {
         let shorter_by = self.parameters.known_to_control();
         [
@@ -104,12 +105,12 @@ impl<'a> Moves<'a> {
         ]
     }
 
-    /// Whether the words of every point mean another place, rapids too.
+    /// Whether the words of every point mean another place, including those of rapids.
     pub(super) fn moves_everything(&self, machine: &Machine) -> bool {
         self.posts || self.parameters.moves_everything(machine)
     }
 
-    /// Whether U V W have to be written anew because the words of every point mean another place.
+    /// Whether U V W must be rewritten because the words of every point mean another place.
     pub(super) fn moves_points(&self, machine: &Machine) -> bool {
         let measured = self.parameters.length_in_control == LengthInControl::Measured;
         self.posts || (measured && self.parameters.moves_everything(machine))

@@ -1,4 +1,4 @@
-//! What a wear compensation is asked to do.
+//! The parameters of a wear compensation.
 
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};
@@ -7,13 +7,13 @@ use crate::process::set_up::{Budget, ContactSource, ProgramSetup};
 use crate::units::{Angle, Length};
 use crate::wear::WearTable;
 
-/// Which part of the cutter makes the surface.
+/// The part of the cutter that makes the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Milling {
-    /// Its end: the corner, or the flat.
+    /// The end: the corner, or the flat.
     #[default]
     End,
-    /// Its flank.
+    /// The flank.
     Side,
 }
 
@@ -31,50 +31,50 @@ impl Milling {
 /// The cutter in the spindle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum WornCutter {
-    /// By its own radii.
+    /// A cutter given by its own radii.
     Tool(Tool),
-    /// The nominal one with a deviation that differs along the corner.
+    /// The nominal cutter with a deviation that varies along the corner.
     Table(WearTable),
 }
 
-/// Which length stands in the control while the written program runs.
+/// The tool length in the control while the written program runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum LengthInControl {
-    /// That of the nominal cutter: the tip has to be commanded lower.
+    /// The length of the nominal cutter: the tip must be commanded lower.
     #[default]
     Nominal,
-    /// That of the worn cutter.
+    /// The length of the worn cutter.
     Measured,
 }
 
 /// The parameters of a wear compensation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WearParameters {
-    /// The cutter (R, r) for which the program was made; `None` takes each section's cutter from the machine's tool
+    /// The cutter (R, r) for which the program was made. `None`: each section takes its own from the machine's tool
     /// table.
     pub nominal: Option<Tool>,
-    /// The worn cutter; `None` takes it from the table.
+    /// The cutter that cuts. `None`: as in the tool table.
     pub worn: Option<WornCutter>,
     /// End or flank.
     pub milling: Milling,
-    /// ΔL = L − L′; 0 if the lengths are not given.
+    /// ΔL = L − L′; 0 if the lengths are missing.
     pub shorter_by: Length,
-    /// The length that the control has: nominal or actual.
+    /// Which of the two lengths is in the control.
     pub length_in_control: LengthInControl,
-    /// The source of contacts; the tip gives no contact here.
+    /// Where contacts come from. The tip is not a contact of a cutter whose shape is worn.
     pub contact: ContactSource,
-    /// An assumed contact belongs to another pass if the feed direction turns by more than this.
+    /// If the feed turns by more than this angle, an assumed contact belongs to another pass.
     pub pass_break: Angle,
-    /// What the text does not say, with the nominal tool length.
+    /// What the text does not state, with the nominal tool length.
     pub program: ProgramSetup,
-    /// What the search for contacts may cost.
+    /// The limits of the search for contacts.
     pub budget: Budget,
     /// The part's surface.
     pub part: Option<PartSurface>,
 }
 
 impl WearParameters {
-    /// End milling with the worn cutter's own length in the control, contact found by itself.
+    /// The defaults: end milling, the nominal cutter's length in the control, contact source found automatically.
     #[must_use]
     pub fn new(
         nominal: impl Into<Option<Tool>>,
@@ -103,7 +103,7 @@ impl WearParameters {
         }
     }
 
-    /// Whether the length alone moves the words of every point, rapids too.
+    /// Whether the length alone changes the words of every point, including those of rapids.
     pub(super) fn moves_everything(&self, machine: &Machine) -> bool {
         let has_head = machine.rotary_axes().iter().any(|axis| axis.side == Side::Head);
         let shorter_mm = self.shorter_by.mm().abs();

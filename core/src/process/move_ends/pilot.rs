@@ -1,4 +1,5 @@
-//! Where a motion of the source has to end for the worn cutter and the machine as it is, or why it cannot be moved there.
+//! Decides where a motion of the source must end for the worn cutter and the machine as it is, or why it cannot be
+//! moved.
 
 use super::assumption::Assumption;
 use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
@@ -20,84 +21,83 @@ use crate::process::set_up::{ContactSource, SetUps, turn_between, turns};
 use crate::units::Length;
 use crate::wear::{FlatContact, ShiftFault};
 
-/// The direction of a shorter chord is only rounding \[mm\].
+/// The direction of a chord shorter than this comes from rounding alone \[mm\].
 const RESTING_MM: f64 = 1e-6;
 
-/// What becomes of a motion.
+/// The decision about a motion.
 #[derive(Debug, Clone, Copy)]
 #[expect(clippy::large_enum_variant, reason = "lives for one motion")]
 pub(super) enum EndChoice {
-    /// It is copied.
+    /// The motion is copied.
     Leave,
-    /// It ends elsewhere.
+    /// The motion ends at another place.
     Move {
         goal: Goal,
-        /// The source's pose, and the contact kept; none where the point was looked at before.
+        /// The source's pose and the kept contact. `None` if the point was looked at before.
         point: Option<MovedPoint>,
     },
 }
 
-/// Where a motion has to end.
+/// The place where a motion must end.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Goal {
     /// At these words.
     Words(AxisWords),
-    /// At these rotary words, and at the linear words that put its point's tip where it has to be for the rotary words
-    /// as they are written.
+    /// At these rotary words. The linear words put the tip where the point needs it, for the rotary words as written.
     Point { rotary_deg: [f64; 2] },
 }
 
-/// A point looked at.
+/// A point that was looked at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MovedPoint {
-    /// As meant.
+    /// The pose as meant.
     pub(super) pose: ToolPose,
-    /// As the machine would take the words of the source.
+    /// The pose that the machine would take for the source's words.
     pub(super) real: ToolPose,
-    /// The contact, or the tip itself where none is known.
+    /// The contact, or the tip itself if no contact is known.
     pub(super) contact: WornContact,
     pub(super) has_contact: bool,
-    /// It is assumed from the feed.
+    /// The contact is assumed from the feed.
     pub(super) is_assumed: bool,
-    /// What the control's length is too long by \[mm\].
+    /// How much the length in the control is too long \[mm\].
     pub(super) behind_mm: f64,
-    /// Inside the pole cone.
+    /// The motion ends inside the pole cone.
     pub(super) held: bool,
 }
 
-/// Finds the course of motion after motion, in the order of the program.
+/// Decides motion after motion, in the order of the program.
 pub(super) struct Pilot<'a> {
     pub(super) machine: &'a Machine,
     pub(super) moves: Moves<'a>,
     pub(super) parameters: &'a WearParameters,
-    /// The cutter of the section at hand, worn and nominal.
+    /// The cutter of the current section, worn and nominal.
     pub(super) tool: WornTool,
-    /// The machine under which the written program runs.
+    /// The set-up of the machine that runs the written program.
     pub(super) written: SetUps,
     pub(super) contact: ContactSource,
     pub(super) points: EndPoses<'a>,
     /// G90.1 is active: centres of arcs are points.
     pub(super) absolute_centres: bool,
-    /// The cutter that is compensated for is in the spindle.
+    /// The cutter for which the program is compensated is in the spindle.
     pub(super) is_its_tool: bool,
-    /// The shift of the last contact, ΔL apart \[mm\].
+    /// The shift of the last contact, without ΔL \[mm\].
     pub(super) carried_mm: Vec3,
-    /// The correction of the axis next to the workpiece outside the pole cone, last \[deg\].
+    /// The last correction of the axis next to the workpiece that was found outside the pole cone \[deg\].
     pub(super) held_deg: f64,
     /// Whether the words of every point mean another place.
     pub(super) moves_everything: bool,
     pub(super) warnings: Warnings,
-    /// Of the part across the feed, at the contacts.
+    /// The curvature of the part across the feed, at the contacts.
     pub(super) curvature: CurvatureAcross,
-    /// What the feed lets assume.
+    /// Counts of contacts that are assumed from the feed.
     pub(super) assumption: Assumption,
-    /// Of the search for contacts on the part.
+    /// The effort of the search for contacts on the part.
     pub(super) effort: Effort<'a>,
 }
 
 impl Pilot<'_> {
-    /// The course of the motion of this index; `following` is the first motion behind the batch, `axes` say where the
-    /// written program stands, `resolutions` how linear and rotary words are written.
+    /// The decision about the motion of this index. `following` is the first motion after the batch. `axes` holds the
+    /// place of the written program, `resolutions` the form of linear and rotary words.
     pub(super) fn course(
         &mut self,
         motions: &[Motion],
@@ -145,7 +145,8 @@ impl Pilot<'_> {
             return Ok(EndChoice::Leave);
         };
         if motion.tool_axis.is_some() && axes.rotary.is_off() {
-            // Words before it were turned; from where the control turns to the vector cannot be said.
+            // Earlier rotary words were changed, so the place from which the control turns to the vector is not
+            // known.
             return Err(LineFaultKind::NotMovable(Unfollowable::ToolVector));
         }
         if let Some(kind) = self.missing(motion) {
@@ -186,14 +187,14 @@ impl Pilot<'_> {
         Ok(EndChoice::Move { goal: Goal::Point { rotary_deg: near.words_deg }, point: Some(point) })
     }
 
-    /// Goes over to the cutter of the section at hand.
+    /// Switches to the cutter of the current section.
     pub(super) fn take_tool(&mut self) {
         let tool = self.moves.worn_tool(self.written.now.tool);
         self.is_its_tool = tool.is_some() || !self.moves.has_wear;
         self.tool = tool.unwrap_or(WornTool::NONE);
     }
 
-    /// What has to be stated before it can be said where this motion has to end.
+    /// The missing value that is needed to know where this motion must end, if any.
     fn missing(&self, motion: &Motion) -> Option<LineFaultKind> {
         let mode = self.points.mode(motion);
         let set_up = &self.points.source.now;
@@ -222,7 +223,7 @@ impl Pilot<'_> {
             && self.machine.rotary_axes().iter().any(|axis| axis.side == Side::Head)
     }
 
-    /// Rotary words that point the tool as meant on the machine that runs the program.
+    /// The rotary words that point the tool as meant, on the machine that runs the program.
     fn near(
         &mut self,
         motion: &Motion,
@@ -230,7 +231,7 @@ impl Pilot<'_> {
         end: &AxisWords,
     ) -> Result<NearWords, LineFaultKind> {
         let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
-        // A vector says where the axis points in W, whatever the machine.
+        // A vector states the axis direction in W, on any machine.
         if !self.moves.posts || motion.tool_axis.is_some() {
             return Ok(as_they_are);
         }
@@ -263,7 +264,7 @@ impl Pilot<'_> {
             self.carried_mm = found.shift_mm + pose.axis * behind_mm;
         }
         let has_contact = contact.is_some();
-        // A larger cutter that went back to the nominal tip would cut into what it has just left.
+        // A larger cutter that returned to the nominal tip would cut into the surface that it has just left.
         let contact = contact.unwrap_or_else(|| {
             if !self.is_its_tool {
                 TIP
@@ -276,7 +277,8 @@ impl Pilot<'_> {
         MovedPoint { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
     }
 
-    /// The linear words that put the written program's tip at the place a point asks for, with rotary words as written.
+    /// The linear words that put the written program's tip at the place that a point needs, with rotary words as
+    /// written.
     pub(in crate::process) fn linear_mm(
         &self,
         motion: &Motion,
@@ -298,7 +300,7 @@ impl Pilot<'_> {
         }
     }
 
-    /// The contact that the block states in the words asked for.
+    /// The contact that the block states in the words of the chosen source.
     fn stated(
         &self,
         motion: &Motion,
@@ -329,8 +331,9 @@ impl Pilot<'_> {
         contact_on_surface(part, &self.tool.nominal, pose, &mut self.effort)
     }
 
-    /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid hands over to one. Nothing is
-    /// assumed at a point where no rotary axis turns on either side, nor where the feed leaves the contact open.
+    /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid is followed by
+    /// one. Nothing is assumed if no rotary axis turns on either side of the point, or if the feed leaves the contact
+    /// open.
     fn feed_plane(
         &mut self,
         motions: &[Motion],
@@ -353,8 +356,9 @@ impl Pilot<'_> {
         found.map(|normal| by_normal(&self.tool, pose, normal)).transpose()
     }
 
-    /// The feed at a point between the poses before and after it: along the chord of both where one pass goes through, else
-    /// along the side on which a rotary axis turns, the motion that ends here first.
+    /// The feed at a point between the poses before and after it. If one pass continues through the point, it is the
+    /// chord between these poses. If not, it is the feed on a side where a rotary axis turns. The motion that ends
+    /// here comes first.
     fn feed_at(&self, sides: [Option<ToolPose>; 2], pose: &ToolPose, turns: [bool; 2]) -> Option<Vec3> {
         let tool = &self.tool.nominal;
         let before = sides[0].and_then(|before| feed_direction(tool, [&before, pose]));
@@ -370,8 +374,8 @@ impl Pilot<'_> {
         }
     }
 
-    /// An arc stays one where both ends move alike.
-    #[expect(clippy::too_many_arguments, reason = "what was found of one motion, used here only")]
+    /// Decides about an arc. It remains an arc if both ends move by the same vector.
+    #[expect(clippy::too_many_arguments, reason = "the findings for one motion, used here only")]
     fn arc(
         &mut self,
         motion: &Motion,
@@ -382,7 +386,7 @@ impl Pilot<'_> {
         axes: &Axes,
         [linear, rotary]: [Resolution; 2],
     ) -> Result<EndChoice, LineFaultKind> {
-        // An arc does not turn the tool, and nothing is assumed of it.
+        // An arc does not turn the tool, so no contact is assumed for it.
         let point = self.point(motion, poses, near, stated);
         let together = axes.standing(end);
         let far = |wanted: &[f64], kept: &[f64], half: f64| {
@@ -397,16 +401,16 @@ impl Pilot<'_> {
         }
         if axes.is_off() {
             let why = match motion.start {
-                None => Some("where it starts is not known"),
+                None => Some("its start is not known"),
                 Some(start) if turn_between(&start, end) => Some("rotary axes turn along it"),
                 Some(_) if self.absolute_centres && axes.linear.is_off() => {
                     Some("its centre is an absolute point (G90.1)")
                 }
                 Some(_) if motion.arc == ArcCourse::Neighbour => {
-                    Some("it goes on in the direction in which the motion before it ends")
+                    Some("it continues in the direction in which the motion before it ends")
                 }
                 Some(_) if motion.arc == ArcCourse::Centre && moves_across(motion, end, &together) => {
-                    Some("its centre is a point of its own, which stays where it is")
+                    Some("its centre is a separate point that does not move")
                 }
                 Some(_) => None,
             };
@@ -417,7 +421,7 @@ impl Pilot<'_> {
         Ok(EndChoice::Move { goal: Goal::Words(together), point: Some(point) })
     }
 
-    /// A motion that cannot be followed is left alone only where it would not have to move.
+    /// Decides about a motion that cannot be followed. It is left unchanged only if it would not have to move.
     fn unfollowed(
         &mut self,
         motion: &Motion,
@@ -425,11 +429,11 @@ impl Pilot<'_> {
         axes: &Axes,
     ) -> Result<EndChoice, LineFaultKind> {
         let has_to_move = match reason {
-            // These go to places of the machine, or nowhere.
+            // These motions go to places of the machine, or nowhere.
             Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return => {
                 return Ok(EndChoice::Leave);
             }
-            // What is called moves by its own words, from where the source would stand.
+            // The called program moves by its own words and expects to start at the source's position.
             Unfollowable::Call | Unfollowable::UnknownCode => axes.is_off(),
             _ => self.would_move(motion, axes),
         };
@@ -440,7 +444,7 @@ impl Pilot<'_> {
         Ok(EndChoice::Leave)
     }
 
-    /// Whether this motion could not stay as it is, were it to be followed.
+    /// Whether this motion would have to move if it could be followed.
     fn would_move(&self, motion: &Motion, axes: &Axes) -> bool {
         let touches = match (self.contact, motion.contact) {
             (ContactSource::Program, ContactWords::Point(_))
@@ -454,8 +458,8 @@ impl Pilot<'_> {
         axes.is_off() || self.moves_everything || touches
     }
 
-    /// How the part is curved across the feed where the nominal cutter touches it, by the contact `touched` if that was
-    /// looked for already.
+    /// Records the curvature of the part across the feed where the nominal cutter touches it. Uses the contact
+    /// `touched` if it was searched for already.
     fn note_curvature(&mut self, motion: &Motion, pose: &ToolPose, touched: Option<SurfaceContact>) {
         let Some(part) = &self.parameters.part else { return };
         let (MotionKind::Linear, Some(start)) = (motion.kind, motion.start) else { return };
@@ -487,7 +491,8 @@ impl Pilot<'_> {
     }
 }
 
-/// The course of a motion of another tool: where the source leads, so that what stands elsewhere comes back.
+/// The decision about a motion of another tool: the place that the source states, so that axes with an offset come
+/// back.
 fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<EndChoice, LineFaultKind> {
     let goes_to_the_machine = matches!(
         motion.unfollowable,
@@ -500,11 +505,11 @@ fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<EndChoice, LineFault
         (Some(reason), _) => Err(LineFaultKind::NotMovable(reason)),
         (None, _) if motion.offset_changed => Err(LineFaultKind::OtherWorkOffset),
         (None, _) if motion.kind == MotionKind::Arc => {
-            Err(LineFaultKind::ArcShift { why: "it begins where another tool was moved to" })
+            Err(LineFaultKind::ArcShift { why: "it starts at a place to which another tool was moved" })
         }
         (None, None) if motion.kind == MotionKind::Rapid => Ok(EndChoice::Leave),
         (None, None) => Err(LineFaultKind::PositionUnknown),
-        // A cut would begin where another tool was moved to.
+        // A cut would start at a place to which another tool was moved.
         (None, Some(_)) if motion.start.is_none() && motion.kind != MotionKind::Rapid => {
             Err(LineFaultKind::PositionUnknown)
         }
@@ -512,8 +517,8 @@ fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<EndChoice, LineFault
     }
 }
 
-/// Whether these ends of an arc are apart by more than rounding, and not only along the axis across its plane. Cutter
-/// location data has planes of any direction.
+/// Whether these ends of an arc differ by more than rounding in a direction other than the axis normal to its plane.
+/// Cutter location data has planes of any direction.
 fn moves_across(motion: &Motion, end: &AxisWords, moved: &AxisWords) -> bool {
     let plane = motion.plane.filter(|_| motion.tool_axis.is_none()).map(usize::from);
     (0..3).any(|k| Some(k) != plane && (moved.linear_mm[k] - end.linear_mm[k]).abs() > RESTING_MM)

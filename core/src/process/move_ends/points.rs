@@ -1,4 +1,4 @@
-//! The poses of a batch's ends, many at a time: as meant, and as the machine would take them.
+//! Computes the poses at the ends of a batch's motions, many at a time: as meant, and as the machine would take them.
 
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::Vec3;
@@ -10,13 +10,13 @@ use crate::process::set_up::SetUps;
 /// The source's poses at the ends of a batch's motions.
 pub(super) struct EndPoses<'a> {
     machine: &'a Machine,
-    /// The machine that the program was made for.
+    /// The machine for which the program was made.
     pub(super) source: SetUps,
-    /// Who interpolates, where the parameter says so.
+    /// The interpolation mode that the parameter prescribes, if any.
     interpolation: Option<Interpolation>,
     joints: JointLanes,
     ends: PoseLanes,
-    /// The machine as it is, where the program was not made for it.
+    /// The machine as it is, if the program was made for another one.
     real: Option<SetUps>,
     real_ends: PoseLanes,
     lanes: PoseLanes,
@@ -47,7 +47,7 @@ impl<'a> EndPoses<'a> {
         }
     }
 
-    /// Goes over to the set-up of a motion.
+    /// Switches to the set-up of a motion.
     pub(super) fn enter(&mut self, motion: &Motion) {
         self.source.enter(motion);
         if let Some(real) = &mut self.real {
@@ -55,11 +55,11 @@ impl<'a> EndPoses<'a> {
         }
     }
 
-    /// Of motions with the set-up entered last.
+    /// Computes the poses of motions that all have the set-up entered last.
     fn prepare_alike(&mut self, motions: &[Motion]) {
         let machine = self.machine;
         self.joints.fill(motions.iter().map(|motion| {
-            // A motion without a known end keeps its lane; nobody looks at it.
+            // A motion without a known end also has a lane, but nobody reads it.
             let words = motion.end.unwrap_or(AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] });
             (words.linear_mm, rotary_rad(machine, words.rotary_deg))
         }));
@@ -71,7 +71,7 @@ impl<'a> EndPoses<'a> {
         }
     }
 
-    /// The mode of a motion: the parameter wins over the program's own switches.
+    /// The mode of a motion. The parameter overrides the program's own switches.
     pub(super) fn mode(&self, motion: &Motion) -> Interpolation {
         self.interpolation.unwrap_or(motion.interpolation)
     }
@@ -81,7 +81,7 @@ impl<'a> EndPoses<'a> {
         lane(&self.ends, self.mode(motion), index, words)
     }
 
-    /// The pose that the machine as it is takes for the words of the source.
+    /// The pose that the machine as it is takes for the source's words.
     pub(super) fn real_pose(&self, motion: &Motion, index: usize, words: &AxisWords) -> ToolPose {
         let lanes = if self.real.is_some() { &self.real_ends } else { &self.ends };
         lane(lanes, self.mode(motion), index, words)
@@ -102,8 +102,8 @@ impl<'a> EndPoses<'a> {
         self.station(mode, words).pose.tip_mm
     }
 
-    /// The motion at feed that goes on from the end of the motion of this index; rests are passed over. `following` is the
-    /// first motion after the batch.
+    /// The motion at feed that continues from the end of the motion of this index, if there is one. Motions that go
+    /// nowhere are skipped. `following` is the first motion after the batch.
     pub(super) fn goes_on<'m>(
         &self,
         motions: &'m [Motion],
@@ -121,7 +121,7 @@ impl<'a> EndPoses<'a> {
     }
 }
 
-/// One pose; with TCP the linear words are the tip themselves.
+/// One pose. With TCP the linear words are the tip itself.
 fn lane(lanes: &PoseLanes, mode: Interpolation, index: usize, words: &AxisWords) -> ToolPose {
     let tip_mm = match mode {
         Interpolation::Machine => Vec3::new(lanes.x_mm[index], lanes.y_mm[index], lanes.z_mm[index]),
@@ -137,7 +137,7 @@ pub(super) fn rests(motion: &Motion) -> bool {
         && motion.start == motion.end
 }
 
-/// A straight motion at feed whose ends are known.
+/// Whether this is a straight motion at feed whose end is known.
 fn is_cutting(motion: &Motion) -> bool {
     motion.kind == MotionKind::Linear
         && motion.end.is_some()

@@ -1,4 +1,4 @@
-//! What posting anew for the machine as it is did to the motions of a program.
+//! Counts the effect of posting anew for the machine as it is on the motions of a program.
 
 use super::pilot::MovedPoint;
 use crate::geometry::angle_between;
@@ -7,7 +7,7 @@ use crate::motion::{AxisWords, Motion};
 use crate::process::fault::{WarningKind, Warnings};
 use crate::units::{Angle, Length};
 
-/// The largest of a quantity and the line where it stands.
+/// The largest value of a quantity, and its line.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(in crate::process) struct Largest<T> {
     pub(in crate::process) value: T,
@@ -15,7 +15,7 @@ pub(in crate::process) struct Largest<T> {
 }
 
 impl<T: PartialOrd> Largest<T> {
-    /// Takes one that may be the largest.
+    /// Takes a value that may be the largest.
     pub(in crate::process) fn take(&mut self, value: T, line: u64) {
         if value > self.value {
             *self = Self { value, line: Some(line) };
@@ -28,7 +28,7 @@ impl<T: PartialOrd> Largest<T> {
 pub(in crate::process) struct Posting {
     /// Motions posted.
     pub(in crate::process) posted: u64,
-    /// Motions whose rotary words changed.
+    /// Posted motions whose rotary words changed.
     pub(in crate::process) turned: u64,
     /// Distance between the tips of the machine as it is and as meant.
     pub(in crate::process) tip: Largest<Length>,
@@ -44,7 +44,7 @@ pub(in crate::process) struct Posting {
 }
 
 impl Posting {
-    /// Takes a motion that was moved from the one end to the other.
+    /// Counts a motion that was moved from one end to the other.
     pub(super) fn take(
         &mut self,
         machine: &Machine,
@@ -69,7 +69,7 @@ impl Posting {
         self.first_held = self.first_held.or(Some(line).filter(|_| point.held));
     }
 
-    /// Whether any tip or tool axis of the machine as it is stands elsewhere than meant.
+    /// Whether any tip or tool axis of the machine as it is differs from the one meant.
     pub(super) fn did_something(&self) -> bool {
         self.tip.line.is_some() || self.axis.line.is_some()
     }

@@ -1,4 +1,4 @@
-//! Stretch after stretch of a program moved and written.
+//! Moves and writes a program, stretch after stretch.
 
 use super::assumption::Assumption;
 use super::check::{ASK_EVERY, EndsCheck, ExpectedEnd};
@@ -34,18 +34,18 @@ pub(super) struct EndsWork<'a> {
     /// The five axes and U V W of the written program.
     axes: Axes,
     points: Written<3>,
-    /// U V W have to be written anew, because the words of every point mean another place.
+    /// U V W must be rewritten, because the words of every point mean another place.
     moves_points: bool,
     rewriter: Rewriter,
     pub(super) faults: LineFaults,
-    /// Blocks looked through for codes that matter.
+    /// The number of blocks that were searched for codes that matter.
     scanned: usize,
     uses_tcp: bool,
     blocks_changed: u64,
     contacts_kept: u64,
     contacts_assumed: u64,
     motions_shifted: u64,
-    /// Motions whose end was looked at, whatever the tool.
+    /// Motions whose end was looked at, with any tool.
     pub(super) motions_followed: u64,
     feeds_lowered: u64,
     max_shift: (f64, Option<u64>),
@@ -172,7 +172,7 @@ impl<'a> EndsWork<'a> {
         Ok(())
     }
 
-    /// Why a motion of a tool of which nothing is known cannot be moved.
+    /// The reason why a motion of an unknown tool cannot be moved.
     fn foreign_tool(&mut self, motion: &Motion, is_looked_at: bool) -> Option<LineFaultKind> {
         let pilot = &mut self.pilot;
         if !is_looked_at
@@ -188,7 +188,7 @@ impl<'a> EndsWork<'a> {
         (length_counts && pilot.written.now.lacks_foreign_length()).then_some(LineFaultKind::OtherToolLength)
     }
 
-    /// Looks for codes that make no motion in the blocks up to and with this one.
+    /// Searches the blocks up to and including this one for codes that make no motion.
     fn scan(&mut self, batch: &Batch, last: usize) {
         let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
         for block in blocks.unwrap_or_default() {
@@ -197,7 +197,7 @@ impl<'a> EndsWork<'a> {
                 self.points.leave(&stated, false);
             }
             if batch.words(block).iter().any(|word| word.keyword() == Some(Keyword::From)) {
-                // Says where the tool stands, in both programs.
+                // This keyword states the tool's position, in both programs.
                 self.axes.leave(&self.axes.stated_in(batch.words(block)), false);
             }
             for word in batch.words(block) {
@@ -211,8 +211,8 @@ impl<'a> EndsWork<'a> {
         self.scanned = (last + 1).min(batch.blocks().len());
     }
 
-    /// How linear and rotary words that move are written: as the finest of the program, and no coarser than a control's
-    /// increments.
+    /// The decimals and units of linear and rotary words that move. The decimals are the finest of the program, and
+    /// no coarser than a control's increments.
     fn resolutions(&self, motion: &Motion) -> [Resolution; 2] {
         let [linear, rotary] = self.survey.written_decimals(motion.mm_per_unit);
         [
@@ -221,7 +221,7 @@ impl<'a> EndsWork<'a> {
         ]
     }
 
-    /// Copies a block, but gives it its feed back.
+    /// Copies a block, and restores its feed.
     fn leave(
         &mut self,
         passage: Placed<'_>,
@@ -302,7 +302,7 @@ impl<'a> EndsWork<'a> {
         Ok(Ok(()))
     }
 
-    /// The F word that the block needs: a lower one, or the source's where the written program has another.
+    /// The F word that the block needs: a lower one, or the source's if the written program has another in force.
     fn feed_word(&mut self, motion: &Motion, lowered: Option<NewWord>) -> Option<NewWord> {
         if motion.kind == MotionKind::Rapid {
             return None;
@@ -310,12 +310,13 @@ impl<'a> EndsWork<'a> {
         if lowered.is_none() {
             return self.rewriter.take_owed(&motion.feed);
         }
-        // Written even where it should stand already: an F between the blocks may have come in.
+        // It is written even if it should already be in force, because an F may have been inserted between the
+        // blocks.
         self.rewriter.owe(&motion.feed);
         lowered
     }
 
-    /// U V W where the words of every point mean another place.
+    /// Plans U V W if the words of every point mean another place.
     fn move_points(
         &mut self,
         batch: &Batch,
@@ -385,7 +386,7 @@ impl<'a> EndsWork<'a> {
         out.expected.push_back(ExpectedEnd { motion: planned, point, resolutions });
     }
 
-    /// The axes' travel, at the place the block leads to.
+    /// Checks the travel of the axes at the place to which the block leads.
     fn check_travel(&self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
         let machine = self.pilot.machine;
         let check = |axis: char, commanded: f64, travel: Option<Travel>| {
@@ -446,7 +447,7 @@ impl<'a> EndsWork<'a> {
         self.posting.warn(warnings);
         let (max_shift_mm, max_shift_line) = self.max_shift;
         self.posting.left = verifier.axis_left;
-        // Bytes that change only by rounding, or by a feed, are those of all steps asked for.
+        // If bytes change only by rounding or by a feed, all requested steps are named.
         let did_wear = moves.has_wear && max_shift_mm > 0.0;
         let did_post = moves.posts && self.posting.did_something();
         let steps = match (self.blocks_changed > 0, did_wear, did_post) {

@@ -1,11 +1,11 @@
-//! A worn cutter beside the one that the program was made for.
+//! A worn cutter, with the nominal cutter for which the program was made.
 
 use super::parameters::{Milling, WornCutter};
 use crate::machine::Tool;
 use crate::units::Length;
 use crate::wear::CutterWear;
 
-/// A worn cutter beside the one that the program was made for.
+/// A worn cutter, with the nominal cutter for which the program was made.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct WornTool {
     pub(super) nominal: Tool,
@@ -16,7 +16,7 @@ pub(super) struct WornTool {
 }
 
 impl WornTool {
-    /// A cutter that nothing depends on.
+    /// A placeholder on which nothing depends.
     pub(super) const NONE: Self = Self {
         nominal: Tool::UNIT_BALL,
         worn: WornCutter::Tool(Tool::UNIT_BALL),
@@ -42,7 +42,7 @@ impl WornTool {
         }
     }
 
-    /// The cutter that cuts; of a wear table the nominal one.
+    /// The cutter that cuts. With a wear table, the nominal one.
     pub(super) fn actual(&self) -> Tool {
         match &self.worn {
             WornCutter::Tool(tool) => *tool,
@@ -50,7 +50,7 @@ impl WornTool {
         }
     }
 
-    /// The wear as the formulas of tool (R, r) take it; of a table the nominal cutter and the length.
+    /// The wear in the form for the formulas of a tool (R, r). With a table: the nominal cutter and the length.
     pub(super) fn cutter_wear(&self) -> CutterWear {
         CutterWear { nominal: self.nominal, actual: self.actual(), shorter_by: self.unknown_to_control }
     }

@@ -1,36 +1,36 @@
-//! Where the axes of the written program stand against those of the source, and the words that take them elsewhere.
+//! Tracks where the axes of the written program are relative to the source, and plans the words that move them.
 
 use crate::motion::{AxisWords, Motion};
 use crate::program::{Address, Batch, NewWord, Word, WordForm, round_to_decimals};
 
-/// Places closer than this are the same [program units].
+/// Places closer together than this are the same [program units].
 const SAME_WORD: f64 = 1e-9;
 
 /// Coordinates that are written together: X Y Z, U V W, or the two rotary axes. Lengths are mm, angles degrees.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Written<const N: usize> {
     addresses: [Address; N],
-    /// Written minus source, of the values that stand [mm or deg].
+    /// Written value minus source value, at the current place [mm or deg].
     offset: [f64; N],
     /// The values written last, to the bit [mm or deg].
     last: [Option<f64>; N],
 }
 
-/// A block's words and where they lead.
+/// A block's new words and the place to which the block leads.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WordPlan<const N: usize> {
-    /// Words that change or come in.
+    /// Changed or inserted words.
     pub(super) words: [Option<NewWord>; N],
-    /// Where the coordinates stand behind the block [mm or deg].
+    /// The coordinates after the block [mm or deg].
     pub(super) end: [f64; N],
 }
 
 /// How words are written.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Resolution {
-    /// Digits behind the point.
+    /// Digits after the decimal point.
     pub(super) decimals: u8,
-    /// Millimetres, or degrees, of a program unit.
+    /// Millimetres, or degrees, per program unit.
     pub(super) unit: f64,
 }
 
@@ -45,12 +45,12 @@ impl Resolution {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StatedWord {
     value: f64,
-    /// Absolute whatever the modal sense of the block.
+    /// Whether the word is absolute even in an incremental block.
     is_absolute: bool,
 }
 
-/// The words of these addresses that a block states; not those that count from the position before whatever its modal
-/// sense, which take along what stands elsewhere.
+/// The words of these addresses that a block states. Words that are incremental by their own form are left out,
+/// because they carry an existing offset along.
 pub(super) type Stated<const N: usize> = [Option<StatedWord>; N];
 
 impl<const N: usize> Written<N> {
@@ -58,12 +58,12 @@ impl<const N: usize> Written<N> {
         Self { addresses, offset: [0.0; N], last: [None; N] }
     }
 
-    /// Whether a value stands elsewhere than in the source.
+    /// Whether a value differs from the source's.
     pub(super) fn is_off(&self) -> bool {
         self.offset.iter().any(|offset| offset.abs() > SAME_WORD)
     }
 
-    /// The values the block of this motion states.
+    /// The values that the block of this motion states.
     pub(super) fn stated(&self, batch: &Batch, motion: &Motion) -> Stated<N> {
         let block = batch.blocks().get(motion.block as usize);
         self.stated_in(block.map_or(&[][..], |block| batch.words(block)))
@@ -83,7 +83,7 @@ impl<const N: usize> Written<N> {
         stated
     }
 
-    /// The axes that these words bring to a place of their own, whether its number is known or not.
+    /// The axes that these words move to a stated place, whether the number is known or not.
     fn placed_in(&self, words: &[Word]) -> Stated<N> {
         let mut placed = [None; N];
         for word in words.iter().filter(|word| word.form != WordForm::Incremental) {
@@ -96,7 +96,8 @@ impl<const N: usize> Written<N> {
         placed
     }
 
-    /// A block that is left alone, from and to where is not known: its absolute words stand in both programs.
+    /// Takes a block that is left unchanged and whose start and end are not known. Its absolute words then hold in
+    /// both programs.
     pub(super) fn leave(&mut self, stated: &Stated<N>, incremental: bool) {
         let values = self.offset.iter_mut().zip(&mut self.last);
         for ((offset, last), stated) in values.zip(stated) {
@@ -106,14 +107,14 @@ impl<const N: usize> Written<N> {
         }
     }
 
-    /// The place where these coordinates stand, if the source's are here [mm or deg].
+    /// The place of these coordinates in the written program if the source's are at `source` [mm or deg].
     pub(super) fn standing(&self, source: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|k| source[k] + self.offset[k])
     }
 
-    /// The words that bring the coordinates from where they stand to `target`. A word that stands within half a unit of
-    /// the last decimal of what is wanted is left as it is, and so is an absent one. `source`: where the source's
-    /// motion starts and ends.
+    /// Plans the words that bring the coordinates from their current place to `target`. A word within half a unit of
+    /// the last decimal of the wanted value is left unchanged; a missing word stays missing in the same way. `source`
+    /// holds the start and the end of the source's motion.
     pub(super) fn plan(
         &mut self,
         incremental: bool,
@@ -127,11 +128,11 @@ impl<const N: usize> Written<N> {
         let mut plan = WordPlan { words: [None; N], end: *target };
         for k in 0..N {
             let [start, end] = [source[0][k], source[1][k]];
-            // What a word written anew counts from, and what the block's own does.
+            // The place from which a new word counts, and the place from which the block's own word counts.
             let from = if incremental { start + self.offset[k] } else { 0.0 };
             let counts = incremental && !stated[k].is_some_and(|stated| stated.is_absolute);
             let own_from = if counts { from } else { 0.0 };
-            // What it is without one.
+            // The value without a new word.
             let standing = stated[k].map_or_else(
                 || if incremental { 0.0 } else { (end + self.offset[k]) / unit },
                 |stated| stated.value,
@@ -167,7 +168,7 @@ pub(super) struct Axes {
     pub(super) rotary: Written<2>,
 }
 
-/// What a block states of the five axes.
+/// The words of the five axes that a block states.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StatedAxes {
     pub(super) linear: Stated<3>,
@@ -179,12 +180,12 @@ impl Axes {
         Self { linear: Written::new([Address::X, Address::Y, Address::Z]), rotary: Written::new(rotary) }
     }
 
-    /// Whether any axis stands elsewhere than in the source.
+    /// Whether any axis is at another place than in the source.
     pub(super) fn is_off(&self) -> bool {
         self.linear.is_off() || self.rotary.is_off()
     }
 
-    /// What these words state.
+    /// The words of the five axes among these words.
     pub(super) fn stated_in(&self, words: &[Word]) -> StatedAxes {
         StatedAxes { linear: self.linear.stated_in(words), rotary: self.rotary.stated_in(words) }
     }
@@ -193,7 +194,7 @@ impl Axes {
         StatedAxes { linear: self.linear.stated(batch, motion), rotary: self.rotary.stated(batch, motion) }
     }
 
-    /// Where the written program stands when the source stands at `words`.
+    /// The place of the written program when the source is at `words`.
     pub(super) fn standing(&self, words: &AxisWords) -> AxisWords {
         AxisWords {
             linear_mm: self.linear.standing(&words.linear_mm),
@@ -201,14 +202,14 @@ impl Axes {
         }
     }
 
-    /// A block that is left alone.
+    /// Takes a block that is left unchanged.
     pub(super) fn leave(&mut self, stated: &StatedAxes, incremental: bool) {
         self.linear.leave(&stated.linear, incremental);
         self.rotary.leave(&stated.rotary, incremental);
     }
 
-    /// A block in machine coordinates: both programs stand where it puts an axis, and elsewhere than each other in those it
-    /// does not name or moves by so much.
+    /// Takes a block in machine coordinates. Axes that it moves to a stated place are at the same place in both
+    /// programs. Axes that it does not name, or moves by a distance, keep their difference.
     pub(super) fn meet_in_machine(&mut self, batch: &Batch, motion: &Motion) {
         let block = batch.blocks().get(motion.block as usize);
         let words = block.map_or(&[][..], |block| batch.words(block));
@@ -216,7 +217,8 @@ impl Axes {
         self.rotary.leave(&self.rotary.placed_in(words), motion.incremental);
     }
 
-    /// Axes that go to a reference position, all of them where none is named: both programs stand there.
+    /// Takes axes that go to a reference position, or all axes if none is named. Both programs are then at the same
+    /// place.
     pub(super) fn meet(&mut self, named: &StatedAxes) {
         let all = named.linear.iter().chain(&named.rotary).all(Option::is_none);
         let everywhere = StatedWord { value: 0.0, is_absolute: true };

@@ -1,4 +1,4 @@
-//! The written program read back as a control would read it: every motion against what was planned, tool axis and
+//! Reads the written program back as a control would. It checks every motion against the plan, and tool axis and
 //! contact from the words that were read.
 
 use std::sync::Arc;
@@ -19,24 +19,24 @@ use crate::process::pipeline::{Awaited, Outgoing, ReadBack, StepCheck, failed};
 use crate::process::text::{Inventory, Stretch};
 use crate::program::Dialect;
 
-/// Half a unit of the last decimal on three axes, which squareness errors stretch a little.
+/// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
-/// Arithmetic of inches and increments \[mm\].
+/// Error of arithmetic with inches and increments \[mm\].
 const ARITHMETIC_MM: f64 = 1e-7;
-/// Words that differ in the last bit may tip what was just inside (share).
+/// A difference in the last bit of a word may push a value that was just inside over its limit (share).
 const LAST_BIT: f64 = 1e-9;
-/// Words pass through binary fractions \[deg\].
+/// Error from words that pass through binary fractions \[deg\].
 const SAME_STEP_DEG: f64 = 1e-6;
-/// What the next motion of the written program must be.
+/// The expected next motion of the written program.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "nearly all are the large one; a box each would cost an allocation a block"
+    reason = "nearly all are the large variant; boxing them would cost one allocation per block"
 )]
 pub(super) enum ExpectedInRegion<'a> {
-    /// A block left as it was, with its figures if it stands in a region.
+    /// A block that was left unchanged, with its figures if it is in a region.
     Same { motion: Meaning, line: u64, inside: Option<(RegionNumber, RegionFigures)> },
-    /// A block with other ends.
+    /// A block with new ends.
     SmoothedMotion { moved: Box<SmoothedMotion>, region: RegionNumber },
     /// Part of a divided block.
     Part { group: Arc<DividedBlock<'a>>, index: usize, region: RegionNumber },
@@ -144,12 +144,12 @@ impl<'a> RegionCheck<'a> {
         let spent_rad = angle_between(pose.axis, source.axis);
         let tolerance_rad = self.planner.singularity.axis_tolerance.rad();
         if spent_rad.is_nan() || spent_rad > tolerance_rad * (1.0 + LAST_BIT) {
-            return Err(failed(line, "the tool axis is farther from the programmed one than allowed"));
+            return Err(failed(line, "the tool axis is too far from the programmed one"));
         }
         let tip_mm = planner.cutting.kept_tip_mm(source, moved.touch.as_ref(), pose.axis);
         let off_mm = (pose.tip_mm - tip_mm).norm();
         if off_mm.is_nan() || off_mm > ROUNDING * moved.half_mm + ARITHMETIC_MM {
-            return Err(failed(line, "the tip, or the contact, of a moved block is elsewhere"));
+            return Err(failed(line, "the tip or the contact of a moved block is not where it was planned"));
         }
         let block = planner.cutting.block(pending.mode, ends, [None, None]);
         let meant = planner.cutting.block(pending.mode, pending.ends, [None, None]);
@@ -158,7 +158,7 @@ impl<'a> RegionCheck<'a> {
             && let (Some(written_s), Some(source_s)) = (time, time_s(&meant, &pending.motion))
             && (written_s - source_s).abs() > TIME_ROUNDING * source_s
         {
-            return Err(failed(line, "a moved block takes another time"));
+            return Err(failed(line, "a moved block does not take the source's time"));
         }
         let limits = self.planner.limits();
         let found = figures(&block, &block.whole(), time, &limits, &mut self.effort);
@@ -176,7 +176,7 @@ impl<'a> RegionCheck<'a> {
     ) -> Result<(), Fault> {
         let (line, block) = (group.source.line, &group.checked.block);
         let nodes = &group.division.nodes;
-        let node = nodes.get(index).ok_or(failed(line, "a part too many"))?;
+        let node = nodes.get(index).ok_or(failed(line, "there is a part too many"))?;
         let (Some(start), Some(end)) = (read.start, read.end) else {
             return Err(failed(line, "a part of a divided block has no known end"));
         };
@@ -194,11 +194,11 @@ impl<'a> RegionCheck<'a> {
             return Err(failed(line, "a part of a divided block is another kind of motion"));
         }
         if !same_words(Some(start), before) || !same_words(Some(end), Some(node.station.words)) {
-            return Err(failed(line, "a part of a divided block starts or ends elsewhere"));
+            return Err(failed(line, "a part of a divided block is not where it was planned"));
         }
         PathCheck::carried_along(read, group, index)?;
         let ends = [start, end].map(|words| Station::new(block.machine, &block.kinematics, mode, words));
-        let segment = part(nodes, index, ends).ok_or(failed(line, "a part too many"))?;
+        let segment = part(nodes, index, ends).ok_or(failed(line, "there is a part too many"))?;
         let limits = self.planner.limits();
         let found = within_tolerance(block, &segment, limits.tolerance_mm);
         let (Ok(sampled) | Err(sampled)) = found;

@@ -1,9 +1,9 @@
-//! Which consecutive motions make a region.
+//! Decides which consecutive motions make a region.
 
 use std::sync::Arc;
 
 use super::contact::Cutting;
-use super::pending::{Pending, StatedContact};
+use super::pending::{Pending, StatedAxes};
 use super::words::{POINT, rotary_addresses};
 use crate::contact::{Station, rotary_rad};
 use crate::kinematics::SingularZone;
@@ -16,21 +16,21 @@ use crate::program::{Address, Batch, Dialect, WordForm};
 
 /// Rotary words that differ by less are the same \[deg\].
 const TURNING_DEG: f64 = 1e-9;
-/// So many motions without a turn may lie within a region.
+/// The number of consecutive motions without a turn that may be in a region.
 const MAX_QUIET: usize = 8;
-/// A region is cut after so many motions; the point between both stays as it is.
+/// A region is cut after this number of motions. The point between its two pieces is left unchanged.
 pub(super) const MAX_MOTIONS: usize = 2000;
 
-/// What a motion does to the region at hand.
+/// The effect of a motion on the current region.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Seen {
-    /// It belongs to it.
+    /// The motion belongs to the region.
     Added,
-    /// It does not: the region before it is whole.
+    /// The motion does not belong to the region, which is now complete.
     Closes,
 }
 
-/// Collects the motions of the region at hand.
+/// Collects the motions of the current region.
 #[derive(Debug)]
 pub(super) struct Collector<'a> {
     cutting: Cutting<'a>,
@@ -44,7 +44,7 @@ pub(super) struct Collector<'a> {
     /// The last contact words stated.
     stated: ContactWords,
     pub(super) checked: u64,
-    /// Motions whose path depends on something that is not stated.
+    /// Motions whose path depends on a missing value.
     pub(super) faults: LineFaults,
 }
 
@@ -72,7 +72,7 @@ impl<'a> Collector<'a> {
         self.region.len() >= MAX_MOTIONS
     }
 
-    /// The region so far, motions without a turn at its end left off; then empty.
+    /// Returns the region so far, without the motions at its end that do not turn. The collector is then empty.
     pub(super) fn take(&mut self) -> Vec<Pending> {
         let mut region = std::mem::take(&mut self.region);
         region.truncate(region.len() - self.quiet.min(region.len()));
@@ -80,8 +80,7 @@ impl<'a> Collector<'a> {
         region
     }
 
-    /// Looks at the next motion. Where it closes the region it is not in, it has to be shown again after
-    /// [`Collector::take`].
+    /// Takes the next motion. If the motion closes the region, it must be passed again after [`Collector::take`].
     pub(super) fn see(&mut self, batch: &Batch, motion: &Motion, index: u64) -> Seen {
         let mode = self.cutting.parameters.program.interpolation.unwrap_or(motion.interpolation);
         self.set_ups.enter(motion);
@@ -120,7 +119,7 @@ impl<'a> Collector<'a> {
         self.set_ups.now.cutter().unwrap_or(Tool::UNIT_BALL)
     }
 
-    /// The motion, if it belongs to a region, and to the one at hand if there is one.
+    /// The motion, if it belongs to a region and, if a region is open, to that region.
     fn pending(&self, batch: &Batch, motion: &Motion, index: u64, mode: Interpolation) -> Option<Pending> {
         if !self.follows(motion) {
             return None;
@@ -167,18 +166,18 @@ impl<'a> Collector<'a> {
     }
 
     /// How the block of this motion states axes and contact.
-    fn stated_in(&self, batch: &Batch, motion: &Motion) -> ([StatedContact; 5], [bool; 3]) {
+    fn stated_in(&self, batch: &Batch, motion: &Motion) -> ([StatedAxes; 5], [bool; 3]) {
         let rotary = rotary_addresses(self.cutting.machine);
         let addresses = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
-        let (mut axes, mut contact) = ([StatedContact::Absent; 5], [false; 3]);
+        let (mut axes, mut contact) = ([StatedAxes::Absent; 5], [false; 3]);
         let block = batch.blocks().get(motion.block as usize);
         for word in block.map_or(&[][..], |block| batch.words(block)) {
             if let Some(k) = addresses.iter().position(|address| *address == word.address) {
                 let modal =
-                    if motion.incremental { StatedContact::Incremental } else { StatedContact::Absolute };
+                    if motion.incremental { StatedAxes::Incremental } else { StatedAxes::Absolute };
                 axes[k] = match word.form {
-                    WordForm::Absolute => StatedContact::Absolute,
-                    WordForm::Incremental => StatedContact::Incremental,
+                    WordForm::Absolute => StatedAxes::Absolute,
+                    WordForm::Incremental => StatedAxes::Incremental,
                     WordForm::Number | WordForm::Evaluated => modal,
                     WordForm::Comma | WordForm::Expression | WordForm::Name | WordForm::Keyword => axes[k],
                 };
@@ -191,7 +190,7 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// A straight motion at feed between known ends that goes somewhere.
+/// Whether this is a straight motion at feed between known ends that are different.
 fn is_followed(motion: &Motion) -> bool {
     motion.kind == MotionKind::Linear
         && motion.unfollowable.is_none()

@@ -1,4 +1,4 @@
-//! Where the cutter touches at the points of a region, as far as the program or the part says so.
+//! Where the cutter touches at the points of a region, if the program or the part states it.
 
 use std::sync::Arc;
 
@@ -11,20 +11,20 @@ use crate::motion::{ContactWords, Interpolation};
 use crate::process::contact_path::{CcParameters, ContactFinder};
 use crate::process::set_up::{ContactSource, SetUps};
 
-/// Machine, set-up and cutter, and where contacts come from.
+/// Machine, set-up and cutter, and the source of contacts.
 #[derive(Debug, Clone)]
 pub(super) struct Cutting<'a> {
     pub(super) machine: &'a Machine,
-    /// The machine as it is set up for the motions at hand.
+    /// The machine with the set-up of the current motions.
     pub(super) kinematics: Arc<Kinematics>,
-    /// Their cutter; one that nothing depends on where it is not known.
+    /// The cutter of these motions. If it is not known, a placeholder on which nothing depends.
     pub(super) tool: Tool,
     pub(super) parameters: &'a CcParameters,
     pub(super) contact: ContactSource,
 }
 
 impl<'a> Cutting<'a> {
-    /// As the program begins.
+    /// The state at the start of the program.
     pub(in crate::process) fn of(
         machine: &'a Machine,
         parameters: &'a CcParameters,
@@ -35,8 +35,8 @@ impl<'a> Cutting<'a> {
         Self { machine, kinematics: first.kinematics, tool, parameters, contact }
     }
 
-    /// The contact at a point; `None` where it is not known, or on which side it is: the tip stands for it then.
-    /// Contacts that a rule would assume count for nothing here.
+    /// The contact at a point. `None` if the contact, or the side on which it is, is not known. The caller then takes
+    /// the tip. Contacts that would be assumed from the feed are not used here.
     pub(super) fn touch(
         &self,
         station: &Station,
@@ -55,12 +55,13 @@ impl<'a> Cutting<'a> {
         ContactFinder { machine: self.machine, parameters: self.parameters, source: self.contact }
     }
 
-    /// The same with machine and cutter of this motion.
+    /// The same, with the set-up and the cutter of this motion.
     pub(super) fn on(&self, pending: &Pending) -> Self {
         Self { kinematics: Arc::clone(&pending.kinematics), tool: pending.tool, ..self.clone() }
     }
 
-    /// The place that U V W name in W \[mm\]: in machine interpolation they are linear words for the block's rotary words.
+    /// The place in W that U V W state \[mm\]. In machine interpolation they are linear words for the block's rotary
+    /// words.
     pub(in crate::process) fn point_mm(
         &self,
         words_mm: [f64; 3],
@@ -76,8 +77,8 @@ impl<'a> Cutting<'a> {
         }
     }
 
-    /// The block between two stations. Where the contact is not known at both ends, or runs across the tool's end in
-    /// between, the tip stands for it.
+    /// The block between two stations. The tip replaces the contact if a contact is not known at both ends, or if it
+    /// runs across the tool's end in between.
     pub(super) fn block(
         &self,
         mode: Interpolation,
@@ -95,8 +96,8 @@ impl<'a> Cutting<'a> {
         SourceBlock::new(self.machine, &self.kinematics, tool, mode, ends, carry)
     }
 
-    /// The tip with which a cutter that leans along `axis` touches where it did at this pose \[mm\]; without a contact
-    /// the same tip.
+    /// The tip \[mm\] with which a cutter along `axis` touches the point that it touched at this pose. Without a
+    /// contact, the same tip.
     pub(in crate::process) fn kept_tip_mm(
         &self,
         pose: &ToolPose,
@@ -108,14 +109,15 @@ impl<'a> Cutting<'a> {
         pose.tip_mm + before - now
     }
 
-    /// From the tip to a contact that was found with the tool along `found_at`, the tool now along `axis` \[mm\].
+    /// The vector \[mm\] from the tip to a contact, with the tool along `axis`. The contact was found with the tool
+    /// along `found_at`.
     pub(super) fn offset_mm(&self, contact: &CutterContact, found_at: Vec3, axis: Vec3) -> Vec3 {
         let tool = &self.tool;
         Carry::between(tool, [contact, contact], [found_at; 2]).at(tool, 0.0, axis).offset_mm
     }
 }
 
-/// Whether a bull-nose or flat cutter touches within a right angle of the same side at both ends.
+/// Whether a bull-nose or flat cutter touches on the same side at both ends, within a right angle.
 fn is_one_side(tool: &Tool, contacts: [&CutterContact; 2], axes: [Vec3; 2]) -> bool {
     if tool.is_ball() {
         return true;

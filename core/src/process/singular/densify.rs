@@ -1,8 +1,9 @@
-//! Equal parts of a motion: the contact on its line, the tool axis near the great circle, no rotary axis far in one part.
+//! Divides a motion into equal parts. The contact keeps to its line, the tool axis stays near the great circle, and
+//! no rotary axis turns far in one part.
 //!
-//! The great circle leaves the axis next to the workpiece a room at every node; the taut string through the rooms has the
-//! smallest largest step there is for that number of parts. Half of the tolerance is the nodes', the other half is for
-//! what lies between them.
+//! The tolerance around the great circle gives the axis next to the workpiece a room at every node. For a given
+//! number of parts, the taut string through the rooms has the smallest largest step. The nodes use half of the
+//! tolerance. The other half is for the path between them.
 
 use super::figures::{axis_deviation, great_circle, rotary_steps_deg};
 use super::pending::Pending;
@@ -19,13 +20,13 @@ use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation};
 use crate::process::contact_path::{Checked, Division, PartFeeds, part_feeds, resolution};
 use crate::process::set_up::ContactSource;
 
-/// More parts of one block are not written.
+/// Largest number of parts of one block.
 pub(super) const MAX_PARTS: u32 = 2048;
-/// The nodes' share of the tolerance of the tool axis.
+/// The nodes' share of the tool-axis tolerance.
 const NODES_SHARE: f64 = 0.5;
-/// Plans keep this share of the contact's tolerance free for what sampling leaves open.
+/// Plans leave this share of the contact's tolerance free, for deviations that sampling misses.
 const RESERVE: f64 = 2e-4;
-/// Rounded words may turn by so much more than the largest step \[deg\].
+/// Rounded words may exceed the largest step by this \[deg\].
 const STEP_SLACK_DEG: f64 = 1e-9;
 
 /// A motion that is to be divided.
@@ -35,15 +36,15 @@ struct Task<'a, 'b> {
     block: &'b SourceBlock<'a>,
     arc: GreatCircle,
     resolution: Resolution,
-    /// The nodes' tolerance of the tool axis \[rad\].
+    /// The tool-axis tolerance of the nodes \[rad\].
     room_rad: f64,
 }
 
 impl<'a> Planner<'a> {
-    /// The parts of a motion; `None` where it keeps everything as it is.
+    /// The parts of a motion. `None` if it is left unchanged because it keeps every limit.
     ///
     /// # Errors
-    /// Why it is not divided although it should.
+    /// The reason why it is not divided although it should be.
     pub(super) fn densify(
         &self,
         pending: &Pending,
@@ -80,7 +81,7 @@ impl<'a> Planner<'a> {
             ContactWords::Point(words) | ContactWords::Normal(words) => Some(words),
         };
         let contact_from_words = self.cutting.contact == ContactSource::Program;
-        // Nobody judges these parts again by their contacts: regions are looked at by the words alone.
+        // The parts are not judged again by their contacts, because regions are judged by their words alone.
         let contacts = [CutterContact::Tip; 2];
         let checked = Checked { block, before, contact_from_words, start_contact, contacts, pass_feed: None };
         let [linear, rotary] = self.decimals(motion);
@@ -102,7 +103,8 @@ impl<'a> Planner<'a> {
 }
 
 impl Task<'_, '_> {
-    /// The fewest equal parts that keep everything: doubled until they do, then halved between.
+    /// The fewest equal parts that keep every limit: the number is doubled until they do, then found by halving the
+    /// interval.
     fn fewest(&self, needed: f64, effort: &mut Effort<'_>) -> Result<Vec<Node>, LeftReason> {
         if needed > f64::from(MAX_PARTS) {
             return Err(LeftReason::TooManyParts);
@@ -131,7 +133,7 @@ impl Task<'_, '_> {
         Ok(best)
     }
 
-    /// So many parts.
+    /// The nodes of a division into this number of parts, if it keeps every limit.
     fn divided(&self, parts: u32, effort: &mut Effort<'_>) -> Result<Vec<Node>, LeftReason> {
         if effort.is_over() {
             return Err(LeftReason::TooManyParts);
@@ -198,8 +200,9 @@ impl Task<'_, '_> {
         Ok(way.collect())
     }
 
-    /// The rooms of u at the nodes, turn by turn from both ends toward the node nearest to the singularity: there the
-    /// solutions meet, and whole turns too where u is free.
+    /// The rooms of u at the nodes. They are found node by node, from both ends towards the node nearest to the
+    /// singularity. Each room continues the turn of the room before. At the nearest node the solutions meet, and
+    /// whole turns too if u is free.
     fn rooms(&self, parts: u32, ends_deg: [f64; 2]) -> Option<Vec<TurningRoom>> {
         let kinematics = &self.planner.cutting.kinematics;
         let machine = self.planner.cutting.machine;
@@ -224,7 +227,7 @@ impl Task<'_, '_> {
         Some(rooms)
     }
 
-    /// The solutions at both ends; an end in the singularity itself takes the other's.
+    /// The branches at both ends. An end in the singularity itself takes the other end's branch.
     fn branches(&self, machine: &crate::machine::Machine, nearness_rad: [f64; 2]) -> [Branch; 2] {
         let kinematics = &self.planner.cutting.kinematics;
         let branch = |k: usize| kinematics.branch(rotary_rad(machine, self.block.ends[k].words.rotary_deg));
@@ -236,7 +239,7 @@ impl Task<'_, '_> {
         }
     }
 
-    /// The nodes with their words rounded: rotaries first, then X Y Z for what is written.
+    /// The nodes with rounded words: the rotary words first, then X Y Z for the rounded rotary words.
     fn nodes(&self, parts: u32, way: &[[f64; 2]]) -> Vec<Node> {
         let kinematics = &self.planner.cutting.kinematics;
         let [u, v] = kinematics.workpiece_to_tool();
@@ -276,7 +279,7 @@ impl Task<'_, '_> {
     }
 }
 
-/// The middle of a room, from which the next one's turn is told; a free one tells nothing.
+/// The middle of a room, which determines the turn of the next room. A free room determines nothing.
 fn follow(room: &TurningRoom, near_deg: f64) -> f64 {
     if room.is_free() { near_deg } else { 0.5 * (room.range_deg[0] + room.range_deg[1]) }
 }

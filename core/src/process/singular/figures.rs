@@ -1,4 +1,4 @@
-//! What one motion needs of the rotary axes, and how far contact and tool axis stray on it.
+//! The demands of one motion on the rotary axes, and the deviation of contact and tool axis along it.
 
 use super::report::RegionFigures;
 use crate::contact::{BlockTime, Effort, Segment, SourceBlock, block_time_s, sample_until_sure};
@@ -8,16 +8,16 @@ use crate::units::{Angle, Length};
 
 /// Samples of the tool axis leave this share of the tolerance open.
 const OPEN_SHARE: f64 = 0.02;
-/// Most and fewest steps along one motion.
+/// Largest and smallest number of steps along one motion.
 const MAX_STEPS: f64 = 4096.0;
 const MIN_STEPS: f64 = 8.0;
 
-/// The angle between tool axis and great circle on a stretch.
+/// The angle between tool axis and great circle along a segment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AxisDeviation {
-    /// Largest one sampled \[rad\].
+    /// Largest sampled angle \[rad\].
     pub(super) sampled_rad: f64,
-    /// What may lie above it between samples \[rad\].
+    /// Bound on the excess over it between samples \[rad\].
     pub(super) open_rad: f64,
     pub(super) evaluations: u64,
 }
@@ -28,8 +28,9 @@ pub(super) fn great_circle(block: &SourceBlock<'_>) -> GreatCircle {
     GreatCircle::between(start.pose.axis, end.pose.axis, start.pose.tip_mm)
 }
 
-/// How far the tool axis is from the great circle of its block while a segment of it is run, both at constant rates. Both bend by no
-/// more than the squares of their angles, so that `|e″| ≤ Ω² + α²` bounds what samples leave open.
+/// The deviation of the tool axis from the great circle of its block along one segment, if both run at constant
+/// rates. Each bends by no more than the squares of its angles, so `|e″| ≤ Ω² + α²` bounds the deviation between
+/// samples.
 pub(super) fn axis_deviation(
     block: &SourceBlock<'_>,
     segment: &Segment,
@@ -51,20 +52,20 @@ pub(super) fn axis_deviation(
     AxisDeviation { sampled_rad, open_rad: bend / (8.0 * steps * steps), evaluations: u64::from(count) + 1 }
 }
 
-/// How far both rotary axes turn in a segment \[deg\], profile order.
+/// The turns of both rotary axes in a segment \[deg\], in profile order.
 pub(super) fn rotary_steps_deg(segment: &Segment) -> [f64; 2] {
     let [a, b] = segment.ends.map(|end| end.words.rotary_deg);
     [(b[0] - a[0]).abs(), (b[1] - a[1]).abs()]
 }
 
-/// The time of the whole block \[s\], if its feed tells.
+/// The time of the whole block \[s\], if its feed gives one.
 pub(super) fn time_s(block: &SourceBlock<'_>, motion: &Motion) -> Option<f64> {
     let (mode, _) = motion.feed.mode.zip(motion.feed.value)?;
     let time = BlockTime::of(block, &block.whole(), motion.mm_per_unit, motion.feed.paths);
     block_time_s(mode, motion.feed.raw, &time).filter(|time_s| time_s.is_finite() && *time_s > 0.0)
 }
 
-/// What to hold a motion against.
+/// The limits for the figures of a motion.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limits {
     pub(super) tolerance_mm: f64,
@@ -72,7 +73,7 @@ pub(super) struct Limits {
     pub(super) max_deg_per_s: f64,
 }
 
-/// The figures of a segment of a block that takes `time_s` as a whole.
+/// The figures of a segment of a block. `time_s` is the time of the whole block.
 pub(super) fn figures(
     block: &SourceBlock<'_>,
     segment: &Segment,

@@ -1,4 +1,4 @@
-//! Singular regions looked for in the reading of another step: they are listed, and nothing is changed.
+//! Looks for singular regions while another step reads the program. It lists them and changes nothing.
 
 use std::sync::OnceLock;
 
@@ -20,13 +20,13 @@ use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Passages, Stretch, Survey};
 use crate::program::{Batch, Dialect};
 
-/// Lists the singular regions of a program while another step works on it. It refuses nothing: where regions cannot be listed,
-/// there is no list.
+/// Lists the singular regions of a program while another step works on it. It refuses nothing: if regions cannot be
+/// listed, there is no list.
 pub(in crate::process) struct RegionSearch<'a> {
     machine: &'a Machine,
     /// Tool, contact and tolerance.
     cc: &'a CcParameters,
-    /// What is singular.
+    /// The limits of singular regions.
     zone: &'a SingularityParameters,
     /// The same as `cc`, with the tools of the program.
     with_tools: &'a OnceLock<CcParameters>,
@@ -36,7 +36,7 @@ pub(in crate::process) struct RegionSearch<'a> {
 }
 
 impl<'a> RegionSearch<'a> {
-    /// For the first program that it looks at; `with_tools` is empty.
+    /// A search in the first program that it looks at. `with_tools` must be empty.
     pub(in crate::process) fn new(
         cc: &'a CcParameters,
         zone: &'a SingularityParameters,
@@ -47,12 +47,12 @@ impl<'a> RegionSearch<'a> {
         Self { machine, cc, zone, with_tools, stop, finder: None, report: None }
     }
 
-    /// The list; `None` where regions cannot be listed.
+    /// The list. `None` if regions cannot be listed.
     pub(in crate::process) fn into_report(self) -> Option<SingularityReport> {
         self.report
     }
 
-    /// The parameters with the tools of the program; `None` where they are not known.
+    /// The parameters with the tools of the program. `None` if the tools are not known.
     fn parameters(
         &self,
         surveyed: &Surveyed<'_>,
@@ -98,17 +98,18 @@ struct RegionFinder<'a> {
     planner: Planner<'a>,
     collector: Collector<'a>,
     regions: Regions,
-    /// What is written is what was read.
+    /// The figures as written. They equal those that were read, because nothing is changed.
     written: RegionFiguresWritten,
     effort: Effort<'a>,
-    /// Number of the next motion.
+    /// The number of the next motion.
     next: u64,
-    /// Why there is no list.
+    /// The fault because of which there is no list.
     fault: Option<Fault>,
 }
 
 impl<'a> RegionFinder<'a> {
-    /// Tool, contact, tolerance, set-up and budget are those of `cc`, whose tools are known; `survey` is of its program.
+    /// A finder for one program. Tool, contact, tolerance, set-up and budget come from `cc`, whose tools are known.
+    /// `survey` belongs to the same program.
     fn new(
         machine: &'a Machine,
         cc: &'a CcParameters,
@@ -167,10 +168,10 @@ impl<'a> RegionFinder<'a> {
         Ok(())
     }
 
-    /// The list, once the program that `passages` read has ended; `None` where regions cannot be listed.
+    /// The list, after the end of the program that `passages` read. `None` if regions cannot be listed.
     ///
     /// # Errors
-    /// The work is not wanted any more.
+    /// The caller has stopped waiting.
     fn finish(mut self, passages: &Passages<'_>) -> Result<Option<SingularityReport>, Fault> {
         let last = if self.fault.is_none() { self.close() } else { Ok(()) };
         match self.fault.or(last.err()) {

@@ -1,4 +1,4 @@
-//! What the motions of a region need as they were uploaded.
+//! Measures what the motions of a region need as uploaded.
 
 use super::figures::{figures, time_s};
 use super::pending::Pending;
@@ -11,15 +11,15 @@ use crate::units::Angle;
 
 /// The figures of a region.
 pub(super) struct Measured {
-    /// Of each motion.
+    /// The figures of each motion.
     pub(super) each: Vec<RegionFigures>,
-    /// Of all of them.
+    /// The figures of all motions together.
     pub(super) before: RegionFigures,
-    /// Where it comes nearest to a singularity.
+    /// The singularity where the region comes nearest to one.
     pub(super) nearest: Singularity,
 }
 
-/// Measures the motions of a region with a plan for its first one; `None` where there are none.
+/// Measures the motions of a region with a planner for its first motion. `None` if the region is empty.
 pub(super) fn measured(
     planner: &Planner<'_>,
     region: &[Pending],
@@ -46,7 +46,7 @@ pub(super) fn measured(
     Ok(nearest.map(|nearest| Measured { each, before, nearest }))
 }
 
-/// A region with these first and last motions that nothing was done about.
+/// An untreated region with these first and last motions.
 pub(super) fn as_uploaded(
     [first, last]: [&Pending; 2],
     motions: usize,

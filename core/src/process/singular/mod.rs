@@ -1,5 +1,5 @@
-//! Singular regions of a whole program: stretches where a rotary axis turns far for a small turn of the tool. They are
-//! reported, divided, or passed with less rotary travel; what is written is read back.
+//! Singular regions of a whole program: stretches in which a rotary axis turns far for a small turn of the tool. They
+//! are reported, divided, or passed with less rotary travel. The written text is read back.
 
 mod check;
 mod collector;

@@ -1,18 +1,18 @@
-//! What is to be done about singular regions.
+//! The parameters of the treatment of singular regions.
 
 use crate::units::Angle;
 
-/// What is done about singular regions.
+/// The treatment of singular regions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SingularityAction {
-    /// They are listed; nothing changes.
+    /// Regions are listed; nothing changes.
     #[default]
     Report,
-    /// Their motions are divided until the tool axis keeps to the great circle, the contact to its line, and no rotary
-    /// axis turns by more than a limit within a block.
+    /// The motions of a region are divided until they keep three limits. The tool axis keeps to the great circle, and
+    /// the contact to its line. No rotary axis turns by more than a limit within a block.
     Densify,
-    /// The rotary words of the points inside are replaced by others that need less rotary travel, the tool axis within
-    /// a tolerance of the programmed one.
+    /// The rotary words of the points inside a region are replaced by words that need less rotary travel. The tool
+    /// axis stays within a tolerance of the programmed one.
     Smooth,
 }
 
@@ -28,35 +28,36 @@ impl SingularityAction {
     }
 }
 
-/// The parameters of the treatment of singular regions; tool, contact and tolerance are those of the compensation.
+/// The parameters of the treatment of singular regions. Tool, contact and tolerance are those of the compensation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SingularityParameters {
-    /// What is done.
+    /// The treatment.
     pub action: SingularityAction,
-    /// A motion is singular where the tool axis may turn by less than the sine of this angle for a turn of the rotary axes by
-    /// 1: on orthogonal axes within this angle of the pole.
+    /// A motion is singular if the tool axis may turn by less than the sine of this angle while the rotary axes turn
+    /// by 1. With orthogonal axes, the motion is then within this angle of the pole.
     pub zone: Angle,
-    /// How far the tool axis may be from the programmed one at a point (`smooth`), and from the great circle between
-    /// the block's ends (`densify`).
+    /// The largest angle of the tool axis from the programmed one at a point (`smooth`), and from the great circle
+    /// between the block's ends (`densify`).
     pub axis_tolerance: Angle,
-    /// How far a rotary axis may turn in a block that `densify` writes.
+    /// The largest turn of a rotary axis in a block that `densify` writes.
     pub max_step: Angle,
-    /// The largest speed of a rotary axis \[deg/s\]: motions that need more are counted.
+    /// The largest speed of a rotary axis \[deg/s\]. Motions that need more are counted.
     pub max_rotary_deg_per_s: f64,
 }
 
 impl SingularityParameters {
-    /// Three degrees: rotary axes turn up to 19 times as fast as the tool there, and finishing passes with less lead than this
-    /// are the ones that run into trouble.
+    /// Three degrees: rotary axes turn up to 19 times as fast as the tool there. Finishing passes with less lead than
+    /// this are the ones with problems.
     pub const ZONE_DEG: f64 = 3.0;
-    /// 0.05°: a ball of 5 mm radius touches 4 µm beside, within half of the usual tolerance of 10 µm, and a post's three
-    /// decimals use up less than 0.001° of it.
+    /// 0.05°: a ball of 5 mm radius then touches at a point 4 µm away. That is within half of the usual tolerance of
+    /// 10 µm. The three decimals of a postprocessor use up less than 0.001° of it.
     pub const AXIS_TOLERANCE_DEG: f64 = 0.05;
-    /// Five degrees: at 100 mm from the axis a block bows by 95 µm before its ends are corrected, which a few parts mend.
+    /// Five degrees: at 100 mm from the axis a block bows by 95 µm before its ends are corrected. A few parts correct
+    /// this.
     pub const MAX_STEP_DEG: f64 = 5.0;
-    /// 20 turns a minute: what the table of a small machine does with a worm gear.
+    /// 20 turns a minute: the speed of a small machine's table with a worm gear.
     pub const MAX_ROTARY_DEG_PER_S: f64 = 120.0;
-    /// Ranges that make sense: zone, axis tolerance and step \[deg\], speed \[deg/s\].
+    /// Accepted ranges: zone, axis tolerance and step \[deg\], speed \[deg/s\].
     pub const ZONE_RANGE_DEG: [f64; 2] = [0.01, 30.0];
     /// See [`Self::ZONE_RANGE_DEG`].
     pub const AXIS_TOLERANCE_RANGE_DEG: [f64; 2] = [1e-4, 5.0];

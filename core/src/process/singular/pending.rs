@@ -1,4 +1,4 @@
-//! A motion of a region, as it waits until the region is whole.
+//! A motion of a region that waits for the end of the region.
 
 use std::sync::Arc;
 
@@ -7,13 +7,13 @@ use crate::kinematics::Kinematics;
 use crate::machine::Tool;
 use crate::motion::{ContactWords, Interpolation, Motion};
 
-/// How a coordinate stands in a block.
+/// How a block states a coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum StatedContact {
+pub(super) enum StatedAxes {
     Absent,
-    /// By a number that says where to.
+    /// By the number of the place.
     Absolute,
-    /// By a number that says how far.
+    /// By the number of the distance.
     Incremental,
 }
 
@@ -21,23 +21,23 @@ pub(super) enum StatedContact {
 #[derive(Debug, Clone)]
 pub(super) struct Pending {
     pub(super) motion: Motion,
-    /// The machine as it is set up for it.
+    /// The machine with the set-up of the motion.
     pub(super) kinematics: Arc<Kinematics>,
-    /// Its cutter; one that nothing depends on where it is not known.
+    /// The cutter of the motion. If it is not known, a placeholder on which nothing depends.
     pub(super) tool: Tool,
-    /// Its number among the motions of the program.
+    /// The number of the motion in the program.
     pub(super) index: u64,
     pub(super) mode: Interpolation,
     pub(super) ends: [Station; 2],
-    /// Contact words at the start: those of the point itself.
+    /// Contact words of the start point itself.
     pub(super) start_contact: ContactWords,
-    /// The last ones stated before, which still stand.
+    /// The last contact words stated up to the start, which still hold.
     pub(super) standing: ContactWords,
-    /// X Y Z, the rotaries in the order of the profile.
-    pub(super) axes: [StatedContact; 5],
+    /// X Y Z, then the rotary axes in the order of the profile.
+    pub(super) axes: [StatedAxes; 5],
     /// U V W.
     pub(super) contact: [bool; 3],
-    /// Least and largest φ on the way \[rad\].
+    /// Least and largest φ along the motion \[rad\].
     pub(super) polar_rad: [f64; 2],
     /// A rotary axis turns.
     pub(super) turns: bool,

@@ -1,4 +1,4 @@
-//! What becomes of the motions of a region.
+//! Plans the changes to the motions of a region.
 
 use super::contact::Cutting;
 use super::figures::Limits;
@@ -13,33 +13,33 @@ use crate::process::pipeline::rounded_feed;
 use crate::process::text::Survey;
 use crate::program::NewWord;
 
-/// A block whose path changes gets an F word where its time would change by more than this share.
+/// A block whose path changes gets a new F word if its time would change by more than this share.
 const NOTICEABLE_TIME: f64 = 0.002;
 
-/// What becomes of a motion.
+/// The planned change to a motion.
 #[derive(Debug, Default)]
 pub(super) enum Change<'a> {
     /// Its block is copied.
     #[default]
     Keep,
-    /// It gets other ends.
+    /// It gets new ends.
     Move(Box<SmoothedMotion>),
     /// It is divided.
     Divide(Box<DensifiedMotion<'a>>),
 }
 
-/// A motion between other ends.
+/// A motion with new ends.
 #[derive(Debug, Clone)]
 pub(super) struct SmoothedMotion {
     pub(super) pending: Pending,
-    /// As written.
+    /// The new ends, as written.
     pub(super) ends: [AxisWords; 2],
     pub(super) contact: ContactWords,
-    /// Words that change or come in.
+    /// Changed or inserted words.
     pub(super) words: Vec<NewWord>,
-    /// The F word that keeps its time, where the source's does not.
+    /// The F word that keeps the motion's time, if the source's F does not.
     pub(super) feed: Option<NewWord>,
-    /// The contact kept at its end.
+    /// The contact that is kept at its end.
     pub(super) touch: Option<CutterContact>,
     /// Half a unit of the last decimal \[mm\].
     pub(super) half_mm: f64,
@@ -53,7 +53,7 @@ pub(super) struct DensifiedMotion<'a> {
     pub(super) division: Division,
 }
 
-/// What plans are made with.
+/// The inputs of a plan.
 #[derive(Debug, Clone)]
 pub(super) struct Planner<'a> {
     pub(super) cutting: Cutting<'a>,
@@ -70,14 +70,14 @@ impl<'a> Planner<'a> {
         }
     }
 
-    /// The source block of a motion, by its contacts where both are known.
+    /// The source block of a motion, with its contacts if both are known.
     pub(super) fn block(&self, pending: &Pending, effort: &mut Effort<'_>) -> SourceBlock<'a> {
         let mut touch = |k: usize, words| self.cutting.touch(&pending.ends[k], pending.mode, words, effort);
         let contacts = [touch(0, pending.start_contact), touch(1, pending.motion.contact)];
         self.cutting.block(pending.mode, pending.ends, contacts)
     }
 
-    /// The same with machine and cutter of this motion.
+    /// The same, with the set-up and the cutter of this motion.
     pub(super) fn on(&self, pending: &Pending) -> Self {
         Self { cutting: self.cutting.on(pending), ..*self }
     }
@@ -86,8 +86,8 @@ impl<'a> Planner<'a> {
         Station::new(self.cutting.machine, &self.cutting.kinematics, mode, words)
     }
 
-    /// Decimals of linear and rotary words that are written anew: the finest of the program, at least what a control's
-    /// increments want. Posts strip trailing zeros.
+    /// Decimals of linear and rotary words that are rewritten: the finest of the program, and no coarser than a
+    /// control's increments. Postprocessors strip trailing zeros.
     pub(super) fn decimals(&self, motion: &Motion) -> [u8; 2] {
         self.survey.written_decimals(motion.mm_per_unit)
     }
@@ -116,7 +116,7 @@ impl<'a> Planner<'a> {
         travel.iter().zip(linear_mm).any(|(travel, word)| outside(*travel, word))
     }
 
-    /// The F word with which a motion takes the source's time between these ends, where its own does not.
+    /// The F word with which a motion between these ends takes the source's time, if the source's own F does not.
     pub(super) fn feed(
         &self,
         pending: &Pending,

@@ -1,4 +1,4 @@
-//! The regions found: the first ones by themselves, all of them in sums.
+//! The regions found: the first ones individually, all of them in sums.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::report::{
 use crate::program::Dialect;
 use crate::units::Angle;
 
-/// A region that is still to be read back, by its number.
+/// The number of a region that is still to be read back.
 pub(super) type RegionNumber = u64;
 
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ pub(super) struct Regions {
     before: RegionFigures,
 }
 
-/// What stands of the regions in the written program: of the first ones by themselves, of all of them in sums.
+/// The figures of the regions in the written program: the first regions individually, all of them in sums.
 #[derive(Debug, Default)]
 pub(super) struct RegionFiguresWritten {
     kept: Vec<WrittenRegion>,
@@ -32,7 +32,7 @@ pub(super) struct RegionFiguresWritten {
     axis_spent_rad: f64,
 }
 
-/// One of them.
+/// The figures of one region in the written program.
 #[derive(Debug, Clone, Default)]
 struct WrittenRegion {
     after: Option<RegionFigures>,
@@ -40,7 +40,7 @@ struct WrittenRegion {
 }
 
 impl Regions {
-    /// Takes a region in; what is written of it comes later.
+    /// Adds a region. Its figures as written come later.
     pub(super) fn add(&mut self, region: SingularRegion) -> RegionNumber {
         let number = self.found;
         self.found += 1;
@@ -110,7 +110,7 @@ impl Regions {
     }
 }
 
-/// A region with what stands of it in the written program.
+/// A region together with its figures in the written program.
 fn joined(region: SingularRegion, written: &WrittenRegion) -> SingularRegion {
     let is_changed = !matches!(region.treatment, RegionTreatment::Left(_) | RegionTreatment::Reported);
     let treatment = match region.treatment {
@@ -123,7 +123,7 @@ fn joined(region: SingularRegion, written: &WrittenRegion) -> SingularRegion {
 }
 
 impl RegionFiguresWritten {
-    /// Figures of one motion, or part of one, as it stands in the written program.
+    /// Adds the figures of one motion, or of a part of one, in the written program.
     pub(super) fn take(&mut self, number: RegionNumber, figures: &RegionFigures) {
         self.after.take(figures);
         if let Some(region) = self.region(number) {
@@ -131,7 +131,7 @@ impl RegionFiguresWritten {
         }
     }
 
-    /// The tool axis is this far from the programmed one at a point of the written program.
+    /// Records the angle between the written and the programmed tool axis at a point of the written program.
     pub(super) fn spent(&mut self, number: RegionNumber, spent_rad: f64) {
         self.axis_spent_rad = self.axis_spent_rad.max(spent_rad);
         if let Some(region) = self.region(number) {

@@ -1,4 +1,4 @@
-//! What the treatment of singular regions has to show.
+//! The report of the treatment of singular regions.
 
 use super::parameters::SingularityAction;
 use crate::kinematics::SingularityKind;
@@ -6,16 +6,17 @@ use crate::process::fault::Warning;
 use crate::program::{Dialect, StepName, Steps};
 use crate::units::{Angle, Length};
 
-/// Why a region, or a motion of it, is left as it is.
+/// The reason why a region, or a motion of it, is left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LeftReason {
-    /// Its motions keep the tolerances and the step already, or other words would need nearly as fast axes.
+    /// The motions already keep the tolerances and the step, or other words would need axes that are nearly as fast.
     NothingToGain,
-    /// The decimals of the rotary words use up the tolerance of the tool axis, or those of X Y Z that of the contact.
+    /// The decimals of the rotary words use up the tool-axis tolerance, or those of X Y Z use up the contact's
+    /// tolerance.
     DecimalsTooCoarse,
-    /// More parts than a block is divided into.
+    /// The block would need more parts than are allowed.
     TooManyParts,
-    /// The great circle, or the path with less travel, leaves what the rotary axes reach.
+    /// The great circle, or the path with less travel, leaves the reach of the rotary axes.
     OutOfReach,
     /// The axes would leave their travel.
     OutOfTravel,
@@ -25,13 +26,13 @@ pub enum LeftReason {
     ExtruderUnknown,
     /// An F word would be too small to be written.
     FeedTooSmall,
-    /// An F word would be more than allowed.
+    /// An F word would be above its limit.
     FeedTooHigh,
     /// Some blocks of the region state a contact and others do not.
     MixedContacts,
     /// The program was smoothed before.
     SmoothedBefore,
-    /// The program states the tool axis as a vector: its control chooses the rotary words.
+    /// The program states the tool axis as a vector, so its control chooses the rotary words.
     ToolVectors,
 }
 
@@ -55,38 +56,38 @@ impl LeftReason {
         }
     }
 
-    /// The warning in words.
+    /// The meaning of the reason, in a sentence.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
             Self::NothingToGain => {
-                "the motions keep what is asked for already, or no words within the tolerance need slower rotary axes"
+                "the motions already keep every limit, or no words within the tolerance let the rotary axes turn more slowly"
             }
-            Self::DecimalsTooCoarse => "the decimals of the program's words cannot keep the tolerance",
+            Self::DecimalsTooCoarse => "the program's words have too few decimals to keep the tolerance",
             Self::TooManyParts => {
-                "the rotary axes turn so far near the pole that a block would become more than 2048 parts"
+                "the rotary axes turn so far near the pole that a block would be divided into more than 2048 parts"
             }
-            Self::OutOfReach => "the way lies outside what the two rotary axes can reach",
+            Self::OutOfReach => "the path is outside the reach of the two rotary axes",
             Self::OutOfTravel => "an axis would leave its travel",
-            Self::NoInverseTime => "G93 needs an F word in every block, and a block has none",
+            Self::NoInverseTime => "G93 needs an F word in every block, but a block has no F word",
             Self::ExtruderUnknown => "E counts from an unknown value",
             Self::FeedTooSmall => "an F word would be too small to be written",
             Self::FeedTooHigh => {
-                "a block would need more feed than max_feed_mm_per_min, or than ten times the programmed feed where that is not stated"
+                "a block would need more feed than max_feed_mm_per_min, or more than ten times the programmed feed if max_feed_mm_per_min is missing"
             }
             Self::SmoothedBefore => {
-                "the program bears the stamp of this step: the tolerance of the tool axis was spent when it was smoothed"
+                "the program has the stamp of this step: the first smoothing already used up the tolerance of the tool axis"
             }
             Self::MixedContacts => "some blocks state a contact and others do not",
             Self::ToolVectors => {
-                "the tool axis is programmed as a vector; the control chooses the rotary words"
+                "the tool axis is programmed as a vector, so the control chooses the rotary words"
             }
         }
     }
 }
 
 impl SingularityReport {
-    /// The steps that changed something: this one, or none.
+    /// The steps that changed something: this step, or no step.
     #[must_use]
     pub fn steps(&self) -> Steps {
         let is_changed = self.blocks_changed > 0 || self.blocks_inserted > 0;
@@ -94,18 +95,18 @@ impl SingularityReport {
     }
 }
 
-/// What the motions of a region need and leave.
+/// What the motions of a region need, and the deviations that they leave.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RegionFigures {
-    /// The largest speed of a rotary axis \[deg/s\], mean over a block; `None` where no block's time is known.
+    /// The largest speed of a rotary axis \[deg/s\], as a mean over a block. `None` if no block's time is known.
     pub rotary_deg_per_s: Option<f64>,
-    /// Motions that need more than the largest speed.
+    /// Motions that need more than the allowed largest speed.
     pub motions_over_speed: u64,
     /// The largest turn of a rotary axis in one block \[deg\].
     pub step_deg: f64,
-    /// Turns of both rotary axes, summed \[deg\].
+    /// Sum of the turns of both rotary axes \[deg\].
     pub travel_deg: f64,
-    /// Largest distance of the contact (the tip where none is known) from its line.
+    /// Largest distance of the contact from its line, or of the tip if the contact is not known.
     pub deviation: Length,
     /// Largest angle between the tool axis and the great circle between the ends of its source block.
     pub axis_deviation: Angle,
@@ -125,22 +126,22 @@ impl RegionFigures {
     }
 }
 
-/// What was done about a region.
+/// The treatment of a region.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RegionTreatment {
-    /// It was reported.
+    /// The region was reported.
     Reported,
-    /// It was left as it is.
+    /// The region was left unchanged.
     Left(LeftReason),
     /// Motions were divided.
     Densified {
-        /// How many.
+        /// Motions divided.
         divided: u64,
         /// Blocks inserted.
         inserted: u64,
-        /// Motions that needed it and could not be divided.
+        /// Motions that had to be divided but could not be.
         left: u64,
-        /// Why the first of them.
+        /// The reason for the first of them.
         reason: Option<LeftReason>,
     },
     /// Rotary words were replaced.
@@ -157,30 +158,30 @@ pub enum RegionTreatment {
 pub struct SingularRegion {
     /// 1-based line of its first motion.
     pub first_line: u64,
-    /// Of its last one.
+    /// 1-based line of its last motion.
     pub last_line: u64,
-    /// How many.
+    /// The number of its motions.
     pub motions: u64,
-    /// What is singular where it comes nearest.
+    /// The kind of the singularity where the region comes nearest to one.
     pub kind: SingularityKind,
-    /// The least angle of the tool axis to the singularity.
+    /// The least angle between the tool axis and the singularity.
     pub least_angle: Angle,
-    /// How far the tool axis turns there at least for a turn of the rotary axes by 1.
+    /// The least turn of the tool axis there for a turn of the rotary axes by 1.
     pub least_gain: f64,
-    /// What its motions need as uploaded.
+    /// The figures of its motions as uploaded.
     pub before: RegionFigures,
-    /// As written, from the written text; `None` where nothing was changed.
+    /// The figures as written, from the written text. `None` if nothing was changed.
     pub after: Option<RegionFigures>,
-    /// What was done.
+    /// The treatment.
     pub treatment: RegionTreatment,
 }
 
-/// Regions left alone for one reason.
+/// Regions left unchanged for one reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RegionsLeft {
-    /// Why.
+    /// The reason.
     pub reason: LeftReason,
-    /// How many.
+    /// The number of regions.
     pub count: u64,
     /// First line of the first one.
     pub first_line: u64,
@@ -191,45 +192,45 @@ pub struct RegionsLeft {
 pub struct SingularityReport {
     /// The dialect read and written.
     pub dialect: Dialect,
-    /// What was to be done.
+    /// The requested treatment.
     pub action: SingularityAction,
     /// Blocks of the upload.
     pub blocks_in: u64,
     /// Blocks written.
     pub blocks_out: u64,
-    /// Motions at feed that were looked at.
+    /// Motions at feed that were checked.
     pub motions_checked: u64,
     /// Motions in regions.
     pub motions_singular: u64,
-    /// Regions found; the first [`SingularityReport::MAX_REGIONS`] are in `regions`.
+    /// Regions found. The first [`SingularityReport::MAX_REGIONS`] are in `regions`.
     pub regions_found: u64,
-    /// The first faults, in program order.
+    /// The first regions, in the order of the program.
     pub regions: Vec<SingularRegion>,
     /// Regions in which something was changed.
     pub regions_treated: u64,
-    /// Regions left alone, by reason.
+    /// Regions left unchanged, by reason.
     pub left: Vec<RegionsLeft>,
-    /// The line of the region that comes nearest to a singularity, and how near.
+    /// The line of the region that comes nearest to a singularity, and its least angle.
     pub nearest: Option<(u64, Angle)>,
-    /// The line of the region that needs the fastest rotary axis as uploaded, and how fast \[deg/s\].
+    /// The line of the region that needs the fastest rotary axis as uploaded, and that speed \[deg/s\].
     pub fastest: Option<(u64, f64)>,
-    /// Of all regions, as uploaded.
+    /// The figures of all regions, as uploaded.
     pub before: RegionFigures,
-    /// Of all regions, as written; those left alone as they were.
+    /// The figures of all regions, as written. Unchanged regions count as they were.
     pub after: RegionFigures,
     /// Blocks whose words changed.
     pub blocks_changed: u64,
     /// Blocks inserted.
     pub blocks_inserted: u64,
-    /// Blocks that only got their F word back.
+    /// Blocks that changed only because their F word was restored.
     pub feeds_restored: u64,
     /// Largest angle between a written and a programmed tool axis at a point.
     pub axis_spent: Angle,
-    /// What the caller should know about the text.
+    /// Warnings for the caller about the text.
     pub warnings: Vec<Warning>,
 }
 
 impl SingularityReport {
-    /// Most regions that are listed.
+    /// Largest number of regions that are listed.
     pub const MAX_REGIONS: usize = 200;
 }

@@ -1,5 +1,6 @@
-//! Rotary words with less travel: the axis next to the workpiece takes the taut string through the room that the tolerance of the
-//! tool axis gives it at each point, the other one follows as well as it can, the tip or the contact stays.
+//! Finds rotary words with less travel. At each point, the tolerance of the tool axis gives a room to the axis next
+//! to the workpiece. This axis follows the taut string through the rooms. The other axis follows as closely as it
+//! can. The tip or the contact stays.
 
 use super::figures::time_s;
 use super::pending::Pending;
@@ -13,15 +14,15 @@ use crate::kinematics::TurningRoom;
 use crate::motion::{ContactWords, Interpolation};
 use crate::process::pipeline::in_units;
 
-/// What is left of the largest speed must be below this share, or the words stay.
+/// The new largest speed may be at most this share of the old one. If not, the words are left unchanged.
 const WORTH: f64 = 0.9;
 /// A motion that takes less time than this has no speed \[s\].
 const INSTANT_S: f64 = 1e-9;
-/// What arithmetic may add to an angle \[rad\].
+/// Error of arithmetic in an angle \[rad\].
 const ARITHMETIC_RAD: f64 = 1e-12;
 
-/// The words of u and v at each point of a region \[deg\], and when the points are reached: in seconds, or counted in
-/// motions where a feed does not tell.
+/// The words of u and v at each point of a region \[deg\], and the times of the points: in seconds, or in motions if
+/// a feed gives no time.
 struct Way {
     words_deg: Vec<[f64; 2]>,
     clock: Vec<f64>,
@@ -41,10 +42,10 @@ impl Way {
 }
 
 impl Planner<'_> {
-    /// Other ends for the motions of a region; `None` for those that keep their words.
+    /// New ends for the motions of a region. `None` for motions that keep their words.
     ///
     /// # Errors
-    /// Why the region is left as it is; meaningless where the effort is over.
+    /// The reason why the region is left unchanged. It is meaningless if the effort has ended.
     pub(super) fn smooth(
         &self,
         region: &[Pending],
@@ -80,7 +81,7 @@ impl Planner<'_> {
                 time_s(&block, &pending.motion).filter(|time_s| *time_s > INSTANT_S)
             })
             .collect();
-        // Where no time is known, every block counts alike.
+        // If a time is not known, every block counts the same.
         let times = times.unwrap_or_else(|| vec![1.0; region.len()]);
         let mut clock = vec![0.0];
         let mut now = 0.0;
@@ -91,7 +92,7 @@ impl Planner<'_> {
         Way { words_deg: words_deg.collect(), clock }
     }
 
-    /// The way with the slowest axis next to the workpiece; the ends stay.
+    /// The path with the slowest axis next to the workpiece. The ends of the region stay.
     fn taut_way(&self, region: &[Pending], source: &Way) -> Result<Way, LeftReason> {
         let kinematics = &self.cutting.kinematics;
         let [u, _] = kinematics.workpiece_to_tool();
@@ -133,12 +134,12 @@ impl Planner<'_> {
         Ok(Way { words_deg, clock: source.clock.clone() })
     }
 
-    /// What rounding of the rotary words leaves of the tolerance of the tool axis \[rad\].
+    /// The part of the tool-axis tolerance that remains after the rotary words are rounded \[rad\].
     pub(super) fn room_rad(&self, pending: &Pending) -> Result<f64, LeftReason> {
         let [_, decimals] = self.decimals(&pending.motion);
         let half_rad = (0.5 * 0.1_f64.powi(i32::from(decimals))).to_radians();
         let tolerance_rad = self.singularity.axis_tolerance.rad();
-        // Half a unit of either word turns the tool by no more than that.
+        // Half a unit of one rotary word turns the tool by no more than `half_rad`.
         let room_rad = tolerance_rad - 2.0 * half_rad - ARITHMETIC_RAD;
         if room_rad < 0.5 * tolerance_rad {
             return Err(LeftReason::DecimalsTooCoarse);
@@ -146,7 +147,7 @@ impl Planner<'_> {
         Ok(room_rad)
     }
 
-    /// The words of all points as they are written, rotaries first.
+    /// The words of all points as they are written, rotary words first.
     fn written(
         &self,
         region: &[Pending],
@@ -215,7 +216,7 @@ impl Planner<'_> {
         Ok(found)
     }
 
-    /// U V W of the same contact: in machine interpolation they go with the rotary words.
+    /// U V W of the same contact. In machine interpolation they depend on the rotary words.
     fn contact_words(
         &self,
         pending: &Pending,

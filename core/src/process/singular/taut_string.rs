@@ -1,9 +1,9 @@
-//! The taut string: of all ways from one value to another through given intervals, the one with the least travel.
+//! The taut string: of all paths from one value to another through given intervals, the path with the least travel.
 //!
-//! It is also the one whose steepest piece is the least steep: pulled tight, a string bends only where an interval's end holds
-//! it, and any other way has to be as steep as the string somewhere between two of these.
+//! Its steepest piece is also the least steep of all paths. A string that is pulled tight bends only where the end of
+//! an interval holds it. Between two such places, any other path must be as steep as the string somewhere.
 
-/// The values at `at` (rising) of the taut string through the `rooms`; the first and the last room are points.
+/// The values at `at` (rising) of the taut string through the `rooms`. The first and the last room are points.
 pub(super) fn taut_string(at: &[f64], rooms: &[[f64; 2]]) -> Vec<f64> {
     let count = at.len().min(rooms.len());
     let Some(&[mut value, _]) = rooms.first() else { return Vec::new() };
@@ -23,7 +23,7 @@ pub(super) fn taut_string(at: &[f64], rooms: &[[f64; 2]]) -> Vec<f64> {
     way
 }
 
-/// Where the string from `value` at `from` bends next, or its end.
+/// The index and the value where the string from `value` at `from` bends next, or its end.
 fn next_bend(at: &[f64], rooms: &[[f64; 2]], from: usize, value: f64) -> (usize, f64) {
     let mut low = (f64::NEG_INFINITY, from + 1);
     let mut high = (f64::INFINITY, from + 1);
@@ -52,7 +52,7 @@ mod tests {
 
     use super::*;
 
-    /// The least steepness by bisection on what can be reached: a second method.
+    /// The least steepness, by bisection on the values that can be reached: a second method.
     fn least_steepness(at: &[f64], rooms: &[[f64; 2]]) -> f64 {
         let feasible = |steep: f64| {
             let mut reach = rooms[0];

@@ -1,4 +1,4 @@
-//! The course of the treatment, streamed: read, collect regions, plan, write, read back.
+//! Treats singular regions in a stream: read, collect regions, plan, write, read back.
 
 use std::collections::VecDeque;
 use std::io::Write;
@@ -29,21 +29,21 @@ use crate::program::{Dialect, StepName, Steps};
 use crate::units::Angle;
 use crate::wear::OneAfterAnother;
 
-/// So many batches wait for the end of a region at most; then it ends there.
+/// Largest number of batches that wait for the end of a region. The region then ends there.
 const MAX_HELD: usize = 64;
-/// The place of a passage that was held back: it is in no stretch.
+/// The index of a passage that was held back, because it is in no stretch.
 const HELD: usize = usize::MAX;
 
 /// Finds the singular regions of a program and treats them: reports, divides or smooths (§1 "Conditioning", "Pole").
 ///
-/// Tool, contact, tolerance, set-up, dialect and budget are those of `cc`; contacts that a rule would assume from the feed count
-/// for nothing here, the tip stands for them. Blocks outside the regions are copied byte for byte, and so are those
-/// whose words need not change. What is written is read back with its own decimals before this function returns; the
-/// report's `after` comes from that reading. Memory does not grow with the program. To be run before a compensation
-/// of the contact's path, which then takes the written program for its source.
+/// Tool, contact, tolerance, set-up, dialect and budget come from `cc`. Contacts that would be assumed from the feed
+/// are not used here; the tip replaces them. Blocks outside the regions are copied byte for byte. So are blocks whose
+/// words need not change. Before it returns, it reads the written text back with its own decimals. The report's
+/// `after` comes from that reading. Memory does not grow with the program. Run this before a compensation of the
+/// contact path, which then reads the written program.
 ///
 /// # Errors
-/// Why the program is refused. `output` must then be thrown away and not be run.
+/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
 pub fn treat_singular_regions(
     machine: &Machine,
     cc: &CcParameters,
@@ -70,12 +70,12 @@ impl<'p> SingularStep<'p> {
         Self { cc, singularity, report: None }
     }
 
-    /// The report, once a program has gone through.
+    /// The report, available after a program has gone through.
     ///
     /// # Errors
-    /// None has.
+    /// No program has gone through.
     pub(in crate::process) fn report(self) -> Result<SingularityReport, Fault> {
-        self.report.ok_or_else(|| failed(0, "a step was left out"))
+        self.report.ok_or_else(|| failed(0, "a step did not run"))
     }
 }
 
@@ -95,7 +95,7 @@ impl Step for SingularStep<'_> {
             survey.refuse_repeated(Steps::of(&[StepName::Singularity]), cc.program.allow_repeated)?;
         }
         let contact = survey.contact(cc.contact, cc.part.is_some())?;
-        // Contacts that a rule would assume count for nothing here.
+        // Contacts that would be assumed from the feed are not used here.
         let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
         let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
         let cutting = Cutting::of(machine, cc, contact);
@@ -137,11 +137,11 @@ impl Step for SingularStep<'_> {
     }
 }
 
-/// What becomes of a motion that is held back.
+/// The fate of a motion that is held back.
 #[derive(Debug, Default)]
 struct Fate<'a> {
     change: Change<'a>,
-    /// The region it stands in, and its figures as uploaded.
+    /// Its region, and its figures as uploaded.
     inside: Option<(RegionNumber, RegionFigures)>,
 }
 
@@ -153,13 +153,13 @@ struct RegionWork<'a> {
     regions: Regions,
     /// Batches that wait for the end of a region.
     held: VecDeque<Passage>,
-    /// The fates of their motions and of those at hand.
+    /// The fates of their motions and of the current motions.
     fates: VecDeque<Fate<'a>>,
-    /// Number of the motion of the first fate, and of the next motion to come.
+    /// The number of the motion of the first fate, and of the next motion.
     first: u64,
     next: u64,
     effort: Effort<'a>,
-    /// Evaluations of the reading back, and blocks read, as far as they are known.
+    /// Evaluations of the reading back, and blocks read, as last reported.
     spent_elsewhere: [u64; 2],
     blocks_changed: u64,
     stop: &'a Stop<'a>,
@@ -214,7 +214,7 @@ impl<'a> RegionWork<'a> {
         }
     }
 
-    /// Looks at one batch; writes it unless a region goes on behind it.
+    /// Takes one batch, and writes it unless a region continues after it.
     fn passage(&mut self, passage: &Passage, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<(), Fault> {
         for motion in &passage.motions {
             self.fates.push_back(Fate::default());
@@ -241,7 +241,7 @@ impl<'a> RegionWork<'a> {
         self.write(passage, out)
     }
 
-    /// Plans the region at hand.
+    /// Closes and plans the current region.
     fn close(&mut self) -> Result<(), Fault> {
         let region = self.collector.take();
         let (Some(first), Some(last)) = (region.first(), region.last()) else { return Ok(()) };
@@ -257,7 +257,7 @@ impl<'a> RegionWork<'a> {
         let treatment = match planner.singularity.action {
             SingularityAction::Report => RegionTreatment::Reported,
             SingularityAction::Densify => self.densify(&planner, &region, &mut changes)?,
-            // The tolerance of the tool axis was spent the first time.
+            // The first smoothing already used up the tolerance of the tool axis.
             SingularityAction::Smooth if planner.survey.borne.steps.has(StepName::Singularity) => {
                 RegionTreatment::Left(LeftReason::SmoothedBefore)
             }
@@ -338,7 +338,7 @@ impl<'a> RegionWork<'a> {
         Ok(())
     }
 
-    /// Writes a batch whose motions' fates are known.
+    /// Writes a batch. The fates of its motions are known.
     fn write(&mut self, passage: &Passage, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<(), Fault> {
         let placed = (HELD, passage);
         self.rewriter.begin(passage, out)?;
@@ -386,7 +386,7 @@ impl<'a> RegionWork<'a> {
         Ok(())
     }
 
-    /// Writes a block with other ends.
+    /// Writes a block with new ends.
     fn write_moved(
         &mut self,
         passage: Placed<'_>,
@@ -427,7 +427,7 @@ impl<'a> RegionWork<'a> {
         Ok(())
     }
 
-    /// What was done, and the lines that came in.
+    /// The report, and the map of inserted lines.
     fn report(
         self,
         verifier: RegionCheck<'a>,

@@ -1,6 +1,7 @@
-//! The words of a block whose ends were moved: what is the same within half a unit of its last decimal keeps its text.
+//! The words of a block whose ends were moved. A word that is right within half a unit of its last decimal keeps its
+//! text.
 
-use super::pending::{Pending, StatedContact};
+use super::pending::{Pending, StatedAxes};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, ContactWords};
 use crate::process::pipeline::{exact_decimals, in_units};
@@ -17,26 +18,26 @@ pub(super) fn rotary_addresses(machine: &Machine) -> [Address; 2] {
     machine.rotary_axes().each_ref().map(|axis| crate::process::pipeline::letter(axis.letter.as_char()))
 }
 
-/// How a value is to be reached.
+/// How closely a value must be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wanted {
-    /// To half a unit of this last decimal.
+    /// Within half a unit of this decimal.
     Near(u8),
-    /// As it is, with at least so many decimals.
+    /// Exactly, with at least this number of decimals.
     Exact(u8),
 }
 
-/// Where the written program stands, in program units and degrees.
+/// The place of the written program, in program units and degrees.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pen {
     at: [f64; 5],
-    /// U V W, where they are stated \[mm\].
+    /// U V W, if they are stated \[mm\].
     point_mm: [f64; 3],
     addresses: [Address; 5],
 }
 
 impl Pen {
-    /// At the start of this motion, where both programs stand.
+    /// Starts at the start of this motion, where source and written program are at the same place.
     pub(super) fn at_start(machine: &Machine, first: &Pending) -> Self {
         let rotary = rotary_addresses(machine);
         let point_mm = match first.standing {
@@ -56,8 +57,8 @@ impl Pen {
         AxisWords { linear_mm: [x, y, z].map(|units| units * mm_per_unit), rotary_deg: [first, second] }
     }
 
-    /// Brings coordinate `k` of the block to `target` [program units, deg]: changes nothing where the block does so by
-    /// itself, else adds a word.
+    /// Moves coordinate `k` of the block to `target` [program units, deg]. Adds a word only if the block does not get
+    /// there by itself.
     pub(super) fn move_to(
         &mut self,
         block: &Pending,
@@ -69,9 +70,9 @@ impl Pen {
         let unit = block.motion.mm_per_unit;
         let [start, end] = block.ends.map(|station| in_units(&station.words, unit)[k]);
         let standing = match block.axes[k] {
-            StatedContact::Absent => self.at[k],
-            StatedContact::Absolute => end,
-            StatedContact::Incremental => self.at[k] + (end - start),
+            StatedAxes::Absent => self.at[k],
+            StatedAxes::Absolute => end,
+            StatedAxes::Incremental => self.at[k] + (end - start),
         };
         let from = if block.motion.incremental { self.at[k] } else { 0.0 };
         let (room, decimals) = match wanted {
@@ -87,7 +88,7 @@ impl Pen {
         };
     }
 
-    /// Brings U V W to the point; gives the contact words that are read then.
+    /// Moves U V W to the point. Returns the contact words as they will be read.
     pub(super) fn point_to(
         &mut self,
         block: &Pending,
@@ -103,7 +104,7 @@ impl Pen {
                 Wanted::Near(decimals) => (0.5 * 0.1_f64.powi(i32::from(decimals)) + SAME_WORD, decimals),
                 Wanted::Exact(decimals) => (SAME_WORD, exact_decimals(target_mm[k] / unit, decimals)),
             };
-            // What is not known is not near.
+            // An unknown value (NaN) is never near.
             self.point_mm[k] = if ((target_mm[k] - standing_mm) / unit).abs() <= room {
                 standing_mm
             } else {
