@@ -160,7 +160,7 @@ pub fn already_done(step: &str) -> JobFault {
     let cure = if is_repeatable {
         "set allow_repeated=true to apply it again"
     } else {
-        "a repeated step would move every end twice; send the program as it was before the step"
+        "a repeated step would move every end twice; take the program as it was before"
     };
     let detail = format!("the program equals an earlier output of the step `{step}`: {cure}");
     let refusal = Refusal { class, detail, line: None, block: None, errors: Vec::new() };
