@@ -80,7 +80,7 @@ async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
     let mut other = bytes.clone();
     other[7] ^= 1;
     std::fs::write(&blob, &other).unwrap();
-    refused("has the digest");
+    refused("is damaged: its digest is");
     std::fs::remove_file(&blob).unwrap();
     refused("opening");
     assert!(Command::new("mkfifo").arg(&blob).status().unwrap().success());

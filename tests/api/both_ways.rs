@@ -5,15 +5,22 @@ use serde_json::{Map, Value, json};
 
 use crate::support::{App, program_form, spawn};
 
+/// The work offset, which most results depend on.
+const OFFSET: (&str, &str) = ("work_offset_mm", "0,0,0");
 /// The operations on programs, and the parameters that each cannot do without.
 const OPERATIONS: [(&str, &[(&str, &str)]); 7] = [
-    ("cc-compensation", &[("tool_radius_mm", "5"), ("contact", "tip")]),
+    ("cc-compensation", &[("tool_radius_mm", "5"), ("contact", "tip"), OFFSET]),
     (
         "wear-compensation",
-        &[("nominal_tool.radius_mm", "5"), ("actual_tool.radius_mm", "4.98"), ("contact", "feed-plane")],
+        &[
+            ("nominal_tool.radius_mm", "5"),
+            ("actual_tool.radius_mm", "4.98"),
+            ("contact", "feed-plane"),
+            OFFSET,
+        ],
     ),
-    ("compensation", &[("location_errors", "true")]),
-    ("servo-simulation", &[]),
+    ("compensation", &[("location_errors", "true"), ("cc.tool_radius_mm", "5"), OFFSET]),
+    ("servo-simulation", &[OFFSET]),
     ("posting", &[]),
     (
         "verification",
@@ -23,6 +30,7 @@ const OPERATIONS: [(&str, &[(&str, &str)]); 7] = [
             ("surface.width_mm", "30"),
             ("tool.radius_mm", "5"),
             ("samples", "100"),
+            OFFSET,
         ],
     ),
     ("interpretation", &[]),

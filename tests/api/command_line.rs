@@ -76,13 +76,18 @@ async fn the_doctor_names_what_is_wrong_and_ends_with_1() {
     let folder = TempDir::new().unwrap();
     let data = folder.path().join("data");
     let none = trunnion(&data, &["doctor"]);
-    assert!(none.status.success() && said(&none).contains("not there yet"), "{}", said(&none));
+    assert!(none.status.success() && said(&none).contains("does not exist yet"), "{}", said(&none));
     let app = spawn_in(&data, |_| {}).await;
     posted(&app).await;
     let busy = trunnion(&data, &["doctor"]);
     assert!(busy.status.success(), "{}", said(&busy));
-    for part in ["a service has the directory", "writable", "2 named, all there", "file system", "free space"]
-    {
+    for part in [
+        "a service has the directory",
+        "writable",
+        "2 named in the database, all present",
+        "file system",
+        "free space",
+    ] {
         assert!(said(&busy).contains(part), "{part}: {}", said(&busy));
     }
     app.stop().await;
@@ -102,7 +107,7 @@ async fn the_doctor_names_what_is_wrong_and_ends_with_1() {
     std::fs::remove_file(&blob).unwrap();
     let missing = trunnion(&data, &["doctor", "--quick"]);
     assert_eq!(missing.status.code(), Some(1));
-    assert!(said(&missing).contains("is not there"), "{}", said(&missing));
+    assert!(said(&missing).contains("is missing"), "{}", said(&missing));
 }
 
 #[test]
@@ -416,7 +421,7 @@ fn the_limits_of_the_settings_hold_on_the_command_line() {
     {
         let done = with(&[limit, bytes]);
         assert_eq!(done.status.code(), Some(1), "{limit} {bytes}: {}", said(&done));
-        assert!(said(&done).contains(&format!("than {bytes} bytes")), "{}", said(&done));
+        assert!(said(&done).contains(&format!("limit of {bytes} bytes")), "{}", said(&done));
         assert!(!bench.at("out.nc").exists());
     }
 }
@@ -438,7 +443,7 @@ fn what_has_no_end_is_read_up_to_its_limit() {
         for (limit, bytes) in [("max-parameters-bytes", less.as_str()), ("max-json-bytes", over.as_str())] {
             let done = with(&[&format!("--{limit}"), bytes]);
             assert_eq!(done.status.code(), Some(1), "{typed}: {}", said(&done));
-            let told = format!("than {bytes} bytes ({})", limit.replace('-', "_"));
+            let told = format!("limit of {bytes} bytes ({})", limit.replace('-', "_"));
             assert!(said(&done).contains(&told) && !bench.at("out.nc").exists(), "{}", said(&done));
         }
     }

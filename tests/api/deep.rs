@@ -99,7 +99,7 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
             &["report has the SHA-256"],
         ),
         ("an index", "DROP INDEX jobs_of_machine", &["the index jobs_of_machine is missing from the schema"]),
-        ("a table", "CREATE TABLE more (a)", &["the table more is made by no migration"]),
+        ("a table", "CREATE TABLE more (a)", &["no migration makes the table more"]),
         (
             "half of the audit log and a key",
             "DELETE FROM audit WHERE seq > (SELECT max(seq) / 2 FROM audit);
@@ -294,7 +294,7 @@ async fn a_head_kept_elsewhere_finds_a_log_that_was_rewritten_without_a_trace() 
     // What came later stands after it.
     assert!(trunnion(&data, &["keys", "create", "--name", "third", "--scopes", "read"]).status.success());
     let grown = trunnion(&data, &["doctor", "--audit-head", &kept]);
-    assert!(grown.status.success() && said(&grown).contains("as it is known"), "{}", said(&grown));
+    assert!(grown.status.success() && said(&grown).contains("as recorded"), "{}", said(&grown));
     // The last two entries go with their keys, and the count with them: nothing in the directory tells.
     rewritten(
         &data,

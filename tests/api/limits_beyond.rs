@@ -289,7 +289,7 @@ async fn a_surface_takes_all_the_memory_there_is_for_them_and_not_a_byte_more() 
             } else {
                 let body = problem(answer, "body-too-large").await;
                 let detail = body["detail"].as_str().unwrap();
-                assert!(detail.contains(&format!("at most {limit} are")), "{body}");
+                assert!(detail.contains(&format!("the limit is {limit};")), "{body}");
                 assert_eq!(app.files(), (0, 0), "{path}");
             }
         }
@@ -355,7 +355,7 @@ async fn as_many_computations_run_and_wait_as_may_and_all_others_are_refused() {
             .await;
             let path = app.url(&format!("{CC}?tool_radius_mm=5"));
             let asked = (0..run + wait + over).map(|_| app.client.post(&path).body("HOLD\n").send());
-            let answers = all_but(asked, over, "computations").await;
+            let answers = all_but(asked, over, "computation").await;
             held.release();
             succeed(answers, run + wait).await;
             assert_eq!(held.order().len(), run + wait, "what was refused has not begun");

@@ -74,9 +74,19 @@ async fn many_unfinished_bodies_are_refused_for_now_and_leave_everything_behind(
     assert_eq!(refused.headers()["retry-after"], "2");
     let detail = problem(refused, "memory-budget").await["detail"].as_str().unwrap().to_owned();
     assert!(detail.contains("are free"), "{detail}");
-    for path in ["/readyz", "/healthz", "/metrics", "/v1/machines"] {
+    for path in ["/readyz", "/healthz", "/metrics"] {
         assert_eq!(app.get(path).await.status(), 200, "{path}");
     }
+    // The unfinished bodies may hold their part, but not all: small answers have room again while they wait.
+    let mut listed = StatusCode::SERVICE_UNAVAILABLE;
+    for _ in 0..200 {
+        listed = app.get("/v1/machines").await.status();
+        if listed == StatusCode::OK {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
+    assert_eq!(listed, StatusCode::OK);
     drop(held);
     let mut answered = false;
     for _ in 0..100 {

@@ -178,7 +178,7 @@ async fn what_cannot_be_told_is_null_and_said() {
     post(&app, &json!([radius(0), radius(10)])).await;
     let few = read(&app, &trend("?limit_um=60")).await;
     assert_eq!((&few["outlook"]["kind"], &few["edges"][0]["fit"]), (&json!("too-few-entries"), &Value::Null));
-    assert!(few["outlook"]["words"].as_str().unwrap().contains("at 2 numbers of parts"), "{few}");
+    assert!(few["outlook"]["words"].as_str().unwrap().contains("at 2 different numbers of parts"), "{few}");
     assert_eq!(
         (&few["outlook"]["basis"], &few["outlook"]["parts_at_limit_in_this_stage"]),
         (&Value::Null, &Value::Null)

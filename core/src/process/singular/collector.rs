@@ -173,8 +173,7 @@ impl<'a> Collector<'a> {
         let block = batch.blocks().get(motion.block as usize);
         for word in block.map_or(&[][..], |block| batch.words(block)) {
             if let Some(k) = addresses.iter().position(|address| *address == word.address) {
-                let modal =
-                    if motion.incremental { StatedAxes::Incremental } else { StatedAxes::Absolute };
+                let modal = if motion.incremental { StatedAxes::Incremental } else { StatedAxes::Absolute };
                 axes[k] = match word.form {
                     WordForm::Absolute => StatedAxes::Absolute,
                     WordForm::Incremental => StatedAxes::Incremental,
