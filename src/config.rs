@@ -57,7 +57,7 @@ settings! {
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
     /// Serve on an address that other computers can reach even though no API key exists
     insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
-    /// File (PEM) with the certificate and its chain; together with tls_key it switches TLS on
+    /// File (PEM) with the certificate and its chain; together with its key it switches TLS on
     tls_certificate: Option<PathBuf> = None, "TRUNNION_TLS_CERTIFICATE";
     /// File (PEM) with the certificate's private key
     tls_key: Option<PathBuf> = None, "TRUNNION_TLS_KEY";
