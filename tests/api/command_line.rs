@@ -81,8 +81,13 @@ async fn the_doctor_names_what_is_wrong_and_ends_with_1() {
     posted(&app).await;
     let busy = trunnion(&data, &["doctor"]);
     assert!(busy.status.success(), "{}", said(&busy));
-    for part in ["a service has the directory", "writable", "2 named in the database, all present", "file system", "free space"]
-    {
+    for part in [
+        "a service has the directory",
+        "writable",
+        "2 named in the database, all present",
+        "file system",
+        "free space",
+    ] {
         assert!(said(&busy).contains(part), "{part}: {}", said(&busy));
     }
     app.stop().await;
