@@ -168,8 +168,8 @@ pub struct WorstResidualDoc {
     pub line: u64,
 }
 
-/// Histogram of the residuals: `counts[i]` samples have a residual from `edges_um[i]` up to `edges_um[i +
-/// 1]`. The bins reach four limits to either side.
+/// Histogram of the residuals: `counts[i]` samples have a residual from `edges_um[i]` up to
+/// `edges_um[i + 1]`. The bins reach four limits to either side.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ResidualHistogram)]
 pub struct HistogramDoc {

@@ -135,8 +135,11 @@ async fn every_parameter_of_every_operation_means_the_same_in_the_query_and_in_t
         };
         let typed = |name: &str, written: &str| {
             let kind = &resolved(&description, schema_of(name))["type"];
-            let value =
-                if kind == "string" { json!(written) } else { serde_json::from_str(written).unwrap() };
+            let value = match kind.as_str() {
+                Some("string") => json!(written),
+                Some("array") => serde_json::from_str(&format!("[{written}]")).unwrap(),
+                _ => serde_json::from_str(written).unwrap_or_else(|_| json!(written)),
+            };
             (name.to_owned(), json!(written), value)
         };
         let needed: Vec<_> = needed.iter().map(|(name, written)| typed(name, written)).collect();
