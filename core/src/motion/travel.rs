@@ -1,4 +1,4 @@
-//! Axis words into a motion.
+//! Makes a motion from axis words.
 
 use super::block_words::{AXES, BlockWords, bit};
 use super::interpreter::Interpreter;
@@ -15,7 +15,7 @@ const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 pub(super) const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
 pub(super) const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
-/// Words of an arc's centre and radius.
+/// Words of the centre and the radius of an arc.
 const I: u32 = 1 << 8;
 const J: u32 = 1 << 9;
 const K: u32 = 1 << 10;
@@ -24,15 +24,15 @@ const R: u32 = 1 << 17;
 const L: u32 = 1 << 11;
 const FEED: usize = Address::F.index();
 pub(super) const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
-/// Words that say where the cutter touches.
+/// Words that state where the cutter touches.
 pub(super) const CONTACTS: u32 = POINTS | NORMALS;
-/// A feed stated from outside is rounded by less than this share.
+/// The rounding of a feed that the caller states is smaller than this share.
 const FEED_ROUNDING: f64 = 1e-6;
 const MAX_FEED_DECIMALS: u8 = 6;
 
 impl Interpreter {
-    /// The end of every block: feed, then the motion its axis words ask for under the present modes. `reason` is
-    /// what the block itself has against being followed.
+    /// The end of every block: the feed, then the motion that its axis words make in the present modes. `reason` is
+    /// the block's own reason against being followed.
     #[inline]
     pub(super) fn move_axes(
         &mut self,
@@ -98,7 +98,7 @@ impl Interpreter {
             motion.contact = self.contact();
         }
         motion.extra = extra;
-        // What the vector is on this machine can be found later, anything else not.
+        // The machine's words for a vector can be found later, but nothing else can.
         let vector = Some(Unfollowable::ToolVector);
         motion.unfollowable =
             reason.or(self.obstacle().filter(|_| self.obstacle() != vector)).or(word_reason);
@@ -121,7 +121,7 @@ impl Interpreter {
         motions.push(motion);
     }
 
-    /// What the words of the block have against being followed.
+    /// The reason against following the block that lies in its words.
     #[inline]
     fn word_reason(&mut self, kind: MotionKind) -> Option<Unfollowable> {
         let block = &self.block;
@@ -170,8 +170,8 @@ impl Interpreter {
         reason
     }
 
-    /// U, V or W where not all three are known: no contact, but an axis beside the five. One that stays where it is does
-    /// no harm.
+    /// U, V or W if not all three are known. It is then not a contact but an axis in addition to the five. An axis
+    /// that does not move has no effect.
     pub(super) fn lone_letter(&self) -> Option<Address> {
         let block = &self.block;
         if block.present & POINTS == 0 {
@@ -191,7 +191,7 @@ impl Interpreter {
         known.find(|(address, at)| moves(*address, *at)).map(|(address, _)| address)
     }
 
-    /// Moves the five axes, and the letter the machine lacks, to where the words say.
+    /// Moves the five axes, and the letter that the machine lacks, to the places that the words state.
     #[inline]
     fn take_axis_words(&mut self) {
         let block = &self.block;
@@ -220,7 +220,7 @@ impl Interpreter {
         }
         let [first, second] = self.axes.rotary();
         if block.present & VECTORS != 0 {
-            // The control turns its rotary axes to the vector.
+            // The control turns its rotary axes according to the vector.
             self.position.tool_axis = VECTOR.map(|address| block.value(address));
             self.position.forget_rotary_words();
             self.position.decimals[3..].fill(most_decimals(block));
@@ -228,12 +228,12 @@ impl Interpreter {
             self.position.forget_tool_axis();
         }
         if block.comma & bit(Address::A) != 0 {
-            // An angle in place of a coordinate: the end is for the control to find.
+            // An angle replaces a coordinate, so the control computes the end.
             self.position.forget_linear();
         }
     }
 
-    /// Takes contact, normal and extruder words; gives the extruder's motion.
+    /// Takes contact, normal and extruder words. Returns the motion of the extruder.
     #[inline]
     pub(super) fn take_other_words(&mut self) -> Option<Extra> {
         let block = &self.block;
@@ -270,14 +270,14 @@ impl Interpreter {
         value.map(|end| Extra { start: start.filter(|_| !relative), end })
     }
 
-    /// M83; or G91, or either of G90 and G91: E follows them on some controls.
+    /// M83, or G91, or an unknown state of G90 and G91. On some controls E follows these codes.
     #[inline]
     fn is_extruder_relative(&self) -> bool {
         self.modal.relative_extruder
             || self.block.is_incremental(Address::E, self.modal.incremental) != Some(false)
     }
 
-    /// Contact words are those of this block, completed from before.
+    /// The contact words of this block, completed from earlier blocks.
     #[inline]
     pub(super) fn contact(&self) -> ContactWords {
         if self.block.present & POINTS != 0 {
@@ -310,7 +310,7 @@ impl Interpreter {
         let paths = self.rules.feed.paths;
         let word_in_block = self.block.present & (1 << FEED) != 0;
         let stands = match self.modal.feed {
-            // A time is one block's in every dialect, a speed goes on.
+            // In every dialect a time belongs to one block only, but a speed stays.
             ModalFeed::Given(..) if mode == Some(FeedMode::InverseTime) && !word_in_block => None,
             ModalFeed::Given(raw, decimals) => Some((raw, decimals)),
             ModalFeed::NeverGiven if mode == Some(FeedMode::PerMinute) => self.feed_before_the_first(),
@@ -329,8 +329,8 @@ impl Interpreter {
         Feed { mode, value, raw, decimals, paths, word_in_block }
     }
 
-    /// The feed stated from outside, as an F word would be written in the program's units: the fewest decimals that
-    /// come within `FEED_ROUNDING` of it, at most `MAX_FEED_DECIMALS`.
+    /// The feed that the caller states, written as an F word in the program's units. It has the fewest decimals that
+    /// come within `FEED_ROUNDING` of the feed, at most `MAX_FEED_DECIMALS`.
     fn feed_before_the_first(&self) -> Option<(f64, u8)> {
         let raw = self.options.feed_mm_per_min? / self.modal.mm_per_unit?;
         let near = |decimals: &u8| (round_to_decimals(raw, *decimals) - raw).abs() < FEED_ROUNDING * raw;
@@ -339,7 +339,7 @@ impl Interpreter {
         (rounded > 0.0 && rounded.is_finite()).then_some((rounded, decimals))
     }
 
-    /// A motion with all that modes and words say but for places.
+    /// A motion with everything that modes and words state, except places.
     #[inline]
     pub(super) fn motion_shell(&mut self, index: usize, block: &Block, kind: MotionKind) -> Motion {
         let decimals = self.decimals();
@@ -379,7 +379,7 @@ impl Interpreter {
         }
     }
 
-    /// Takes a block's decimals into the most of the program, and gives these.
+    /// Includes a block's decimals in the maximum of the program, and returns this maximum.
     #[inline]
     pub(super) fn note_decimals(&mut self, decimals: Decimals) -> Decimals {
         let most = &mut self.program_decimals;
@@ -390,7 +390,7 @@ impl Interpreter {
         *most
     }
 
-    /// What the arc at hand hangs on.
+    /// What the course of the present arc depends on.
     fn arc_course(&self) -> ArcCourse {
         // `I=AC(…)` does not move with the ends.
         let centre_stands = self.block.absolute & (I | J | K) != 0;
@@ -403,7 +403,7 @@ impl Interpreter {
         }
     }
 
-    /// Of the words of the block; a class without a word takes its modal values.
+    /// Decimals of the words of the block. A class without a word takes its modal values.
     #[inline]
     pub(super) fn decimals(&self) -> Decimals {
         let modal = self.position.modal_decimals();
@@ -434,7 +434,8 @@ impl Interpreter {
         }
     }
 
-    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a shift of it.
+    /// Whether the motion is under a work offset that is neither the program's only one nor stated, or under a shift
+    /// of it.
     #[inline]
     fn offset_changed(&self) -> bool {
         self.modal.is_shifted()
@@ -456,7 +457,7 @@ impl Interpreter {
         motion.is_only_offset = self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset));
     }
 
-    /// A block in cycle mode: the plane's axes end where the words say, the others somewhere else.
+    /// A block in cycle mode: the axes of the plane end where the words say, and the others end somewhere else.
     fn run_cycle(&mut self, index: usize, block: &Block, motions: &mut Vec<Motion>) {
         self.opaque(index, block, Unfollowable::CannedCycle, motions);
         let certain = self.modal.incremental == Some(false) && self.block.present & L == 0;
@@ -483,7 +484,7 @@ impl Interpreter {
     }
 }
 
-/// Whether F counts along a turn: rotary axes turn at feed, and no tip in W moves that it could count along.
+/// Whether F counts along a turn: rotary axes turn at feed, and no tip moves in W along which F could count.
 fn feeds_a_turn(motion: &Motion) -> bool {
     let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
     let same = |from: &[f64], to: &[f64]| from.iter().zip(to).all(|(from, to)| (to - from).abs() <= 0.0);
@@ -492,7 +493,7 @@ fn feeds_a_turn(motion: &Motion) -> bool {
         && (motion.interpolation == Interpolation::Machine || same(&start.linear_mm, &end.linear_mm))
 }
 
-/// Of a block's tool vector.
+/// The most decimals of a block's tool vector.
 pub(super) fn most_decimals(block: &BlockWords) -> u8 {
     let decimals = VECTOR.map(|address| if block.has(address) { block.decimals[address.index()] } else { 0 });
     decimals.into_iter().max().unwrap_or(0)
