@@ -89,9 +89,9 @@ impl Interpreter {
         self.course().blocks_after_end
     }
 
-    /// How many words X Y Z A B C so far have a whole number other than 0 and no decimal point, in an ISO program that
-    /// writes other words with a point. The count is 0 if no word has a point. Controls that count in least increments
-    /// read `X10` as 0.010 mm. Times of a dwell are not counted.
+    /// The number of words X Y Z A B C so far that have a whole number other than 0 and no decimal point. They
+    /// count only in ISO and OSP programs that write other words with a point; otherwise the number is 0. Controls that
+    /// count in least increments read `X10` as 0.010 mm. Times of a dwell are not counted.
     #[must_use]
     pub fn words_without_point(&self) -> u64 {
         let course = self.course();

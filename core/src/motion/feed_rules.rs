@@ -80,7 +80,7 @@ impl FeedRules {
         found.map(|&(_, mode, mm_per_unit)| (mode, mm_per_unit))
     }
 
-    /// Whether the word changes or may change the meaning of F: another mode or unit, or a feed that is stated elsewhere.
+    /// Whether the word changes or may change the meaning of F: another mode or unit, or a feed stated elsewhere.
     #[must_use]
     pub fn is_changed_by(&self, word: &Word) -> bool {
         word.code().is_some_and(|code| {

@@ -86,7 +86,7 @@ pub(super) struct Modal {
     feed_mode: Option<FeedMode>,
     pub(super) compensation: Option<bool>,
     pub(super) tool_length: Option<ToolLength>,
-    /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, with a meaning that nobody has stated.
+    /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, and the caller has not stated their meaning.
     pub(super) kinematics_switched: bool,
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; TRANSFORMATIONS],
@@ -101,7 +101,7 @@ pub(super) struct Modal {
     pub(super) spindle: Spindle,
     /// Changes when G92, G52 or G10 moves an offset.
     pub(super) shifts: u32,
-    /// What TRANS and ATRANS add to the words X Y Z \[mm\].
+    /// The offset that TRANS and ATRANS add to the words X Y Z \[mm\].
     pub(super) program_offset_mm: Option<[f64; 3]>,
     /// The D number of the tool's edge, if it decides the tool's length.
     pub(super) edge: Option<f64>,

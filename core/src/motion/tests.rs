@@ -161,7 +161,7 @@ fn a_start_that_is_stated_is_where_the_axes_stand_until_words_say_otherwise() {
     assert_eq!(end(&motions[0]), [1.0, 2.0, 50.0, 0.0, 0.0]);
     assert!(motions[1].start.is_some());
     let (motions, _) = run_with("G0 X1 Y2\nG55 X1 Y2\n", options);
-    assert!(motions[1].end.is_none(), "nobody states where G55 is");
+    assert!(motions[1].end.is_none(), "the position of G55 is not stated");
 }
 
 #[test]

@@ -76,8 +76,8 @@ pub enum DiagnosticCode {
         /// From the letter of the number on.
         text: Excerpt,
     },
-    /// Text that no block of the dialect contains.
-    #[error("no block of this dialect contains `{text}`; correct or remove the text")]
+    /// Text that is not valid at its place in a block of the dialect.
+    #[error("`{text}` is not valid at this place in a block; correct or remove the text")]
     UnexpectedText {
         /// From the first byte that does not fit.
         text: Excerpt,
@@ -91,7 +91,7 @@ pub enum DiagnosticCode {
         text: Excerpt,
     },
     /// A bracket or a name that is never closed.
-    #[error("`{text}` is not closed on its line; add the closing character")]
+    #[error("`{text}` is not closed on its line; add the closing bracket or quotation mark")]
     Unclosed {
         /// From the opening byte on.
         text: Excerpt,
@@ -166,7 +166,7 @@ pub enum DiagnosticCode {
     },
     /// Control flow. Its effect on later blocks is not known.
     #[error(
-        "`{text}`: the service does not follow control flow; post the program without jumps, loops and conditions"
+        "`{text}`: the service does not follow control flow; post the program without jumps, loops, conditions and subprograms"
     )]
     ControlFlow {
         /// The statement.

@@ -435,7 +435,7 @@ fn units_feeds_and_offsets_are_those_of_the_control() {
     assert!((x[0] - 25.4).abs() < 1e-12 && x[1..4] == [1.0, 2.0, 3.0]);
     let modes: Vec<_> = motions.iter().map(|motion| motion.feed.mode.unwrap()).collect();
     assert_eq!(modes[1..4], [FeedMode::PerMinute, FeedMode::InverseTime, FeedMode::PerRevolution]);
-    assert!(motions[4].offset_changed && motions[4].end.is_none(), "nobody knows what was in force before");
+    assert!(motions[4].offset_changed && motions[4].end.is_none(), "the offset before it is not known");
     assert!(motions[5].offset_changed && motions[5].end.is_none());
     // F of a dwell is a separate time.
     let motions = run("G1 X1 F100\nG4 F2\nX2\n");

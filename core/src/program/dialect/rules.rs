@@ -79,7 +79,7 @@ pub struct DialectRules {
     pub grammar: Grammar,
     /// The meaning of a statement may depend on the text after it. It is read when the next statement has arrived.
     pub looks_ahead: bool,
-    /// On some controls a rotary axis without limits takes the shorter way, whatever its words say.
+    /// On some controls a rotary axis without end stops takes the shorter way, whatever its words say.
     pub may_roll_over: bool,
     /// Whether this line shows that a text has this dialect and no other dialect that is read.
     pub(in crate::program) is_shown_by: fn(&[u8]) -> bool,

@@ -17,7 +17,7 @@ pub struct Stamp {
     pub version: String,
     /// The operation, by its name in the contract.
     pub operation: String,
-    /// The steps that changed a block.
+    /// The steps that changed something.
     pub steps: Steps,
     /// The machine, and its revision.
     pub machine: String,

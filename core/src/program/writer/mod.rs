@@ -19,9 +19,9 @@ pub struct NewWord {
     pub decimals: u8,
 }
 
-/// Appends a block, or its text, again. The arguments are the source, the words to be written, the addresses whose
-/// words are left out, and whether codes that act at a block's end are affected. A block that is printed again leaves
-/// these codes out, and a new block takes them.
+/// Appends a block, or its text, again. The first arguments are the source, the words to be written, and the addresses
+/// whose words are left out. The flag acts on the codes that take effect at a block's end: a block that is printed
+/// again leaves them out, and a new block takes them along.
 pub(super) type Print = fn(&Batch, &Block, &[NewWord], &[Address], bool, &mut Vec<u8>);
 
 /// The index of the word of a block after which another word goes.
@@ -90,8 +90,8 @@ pub(super) fn acts_at_end(batch: &Batch, word: &Word) -> bool {
 /// Appends the block of index `block` with these words instead of its own words of the same addresses. All other bytes
 /// are kept. Words that the block does not have are added after its last coordinate word, in the block's own style.
 ///
-/// `without_end_codes` says that more blocks made from this one follow. The words that act at the end of a block (G9
-/// M0 M1 M2 M5 M9 M30 M60 M99, M17 and RET) are then left out, and a last line without an ending gets one.
+/// `without_end_codes` says that more blocks made from this one follow. The words that act at the end of a block are
+/// then left out (G9 M0 M1 M2 M5 M9 M30 M60 M99, M17 and RET). A last line without an ending gets one.
 ///
 /// # Errors
 /// A value cannot be printed, the table has no column for a word, or there is no such block. Nothing is appended then.

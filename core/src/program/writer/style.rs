@@ -140,7 +140,7 @@ impl<'a> Style<'a> {
         }
     }
 
-    /// Appends the number of a word instead of one of the block's own numbers.
+    /// Appends a number in place of the number of one of the block's own words.
     pub(in crate::program) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
         self.print_value(&self.setting_at(index), new, out);
     }

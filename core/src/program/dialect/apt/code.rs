@@ -12,8 +12,8 @@ pub(super) fn is_harmless_number(text: &[u8]) -> bool {
     code.is_some_and(|code| HARMLESS_CODES.iter().any(|known| (code - known).abs() < 1e-9))
 }
 
-/// Whether the text is for people, as in `Stock Size X95. Y150. Z120.`. Such a text has at least two words of only letters.
-/// No block of a program for a control has these together with axis words.
+/// Whether the text is for people, as in `Stock Size X95. Y150. Z120.`. Such a text has at least two words of only
+/// letters. No block of a program for a control has these together with axis words.
 fn is_prose(text: &[u8]) -> bool {
     let words = text.split(|byte| !byte.is_ascii_alphanumeric());
     words.filter(|word| word.len() > 1 && word.iter().all(u8::is_ascii_alphabetic)).nth(1).is_some()

@@ -1,8 +1,13 @@
 //! Values in the notation of RS274 and Fanuc controls: numbers, `[…]`, parameters, functions.
 //!
 //! The two families agree on most values. If they do not agree, and nothing has shown that the program is for
-//! RS274/NGC, the value is not known. This concerns FIX and FUP of negative numbers, AND OR XOR of anything but 0 and
-//! 1, MOD of anything but whole positive numbers, negative angles from ATAN, and ROUND in an address.
+//! RS274/NGC, the value is not known. These values are:
+//!
+//! - FIX and FUP of negative numbers,
+//! - AND OR XOR of anything but 0 and 1,
+//! - MOD of anything but whole positive numbers,
+//! - negative angles from ATAN,
+//! - ROUND in an address.
 
 use super::{Name, Parameters, Target};
 use crate::program::constants::arithmetic as functions;

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// The most elements of an array that get one value at once. If more get it, none of the values is known any more.
+/// The most elements of an array that get one value at once. If more get it, no element of the array is known any
+/// more.
 const MAX_REPEATED: usize = 1000;
 
 /// The values of a variable's elements; `None` is not known. The memory for an array depends on what was assigned to

@@ -2,7 +2,7 @@
 //!
 //! A value is known after the block that assigns it from known values. A call, a synchronous action or a block that
 //! the operator may skip makes it unknown again. A value that a block assigns does not hold for the other words and
-//! assignments of that block, because the manuals do not state the order in which they are taken.
+//! assignments of that block. The manuals do not state the order in which these are taken.
 
 use std::collections::{BTreeMap, BTreeSet};
 
