@@ -118,8 +118,10 @@ pub enum DiagnosticCode {
         /// From the name on.
         text: Excerpt,
     },
-    /// Too many nested brackets.
-    #[error("`{text}`: too many nested brackets; divide the expression into several statements")]
+    /// More than 32 nested brackets or parameters.
+    #[error(
+        "`{text}`: the expression has more than 32 nested brackets or parameters; divide it into several statements"
+    )]
     TooDeep {
         /// From the first bracket that is too deep on.
         text: Excerpt,
