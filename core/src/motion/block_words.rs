@@ -4,22 +4,22 @@ use super::dialect::MotionRules;
 use super::meaning::MFunction;
 use crate::program::{Address, Code, Keyword, Word, WordForm};
 
-/// The words of the block at hand, by address.
+/// The words of the present block, by address.
 #[derive(Debug, Clone)]
 pub(super) struct BlockWords {
     pub(super) values: [f64; 32],
     pub(super) decimals: [u8; 32],
-    /// Addresses in the block, bit by index; those of `,R` and its kin apart.
+    /// Addresses in the block, bit by index. Those of `,R` and similar words are kept apart.
     pub(super) present: u32,
-    /// Of these, the ones whose value is not a plain number.
+    /// The present addresses whose value is not a plain number.
     pub(super) unknown: u32,
     pub(super) comma: u32,
-    /// Of those present, the ones that say themselves what they count from.
+    /// The present addresses that state by themselves from where they count.
     pub(super) absolute: u32,
     pub(super) incremental: u32,
-    /// Of those present, the ones written with a decimal point.
+    /// The present addresses that are written with a decimal point.
     pub(super) points: u32,
-    /// Of those present, the ones that are not plain numbers.
+    /// The present addresses that are not plain numbers.
     pub(super) odd: u32,
     /// G codes and statement words, and M codes.
     pub(super) g_codes: [Code; 16],
@@ -51,7 +51,7 @@ impl BlockWords {
     #[inline]
     pub(super) fn gather(&mut self, words: &[Word]) {
         (self.g_count, self.m_count, self.odd_code) = (0, 0, false);
-        // Sums of bits stay in registers.
+        // The sums of bits stay in registers.
         let (mut present, mut unknown, mut comma, mut points) = (0, 0, 0, 0);
         let (mut absolute, mut incremental, mut odd) = (0, 0, 0);
         for word in words {
@@ -95,7 +95,7 @@ impl BlockWords {
         self.present & (1 << address.index()) != 0
     }
 
-    /// The value of a word, if it stands in the block with a plain number.
+    /// The value of a word, if the block has it with a plain number.
     #[inline]
     pub(super) fn value(&self, address: Address) -> Option<f64> {
         let bit = 1 << address.index();
@@ -106,13 +106,13 @@ impl BlockWords {
         self.g_codes.get(..self.g_count).unwrap_or_default()
     }
 
-    /// Whether an M code of this meaning stands in the block.
+    /// Whether the block has an M code of this meaning.
     pub(super) fn has_m(&self, rules: &MotionRules, wanted: MFunction) -> bool {
         let codes = self.m_codes.get(..self.m_count).unwrap_or_default();
         codes.iter().any(|&code| rules.m_function(code) == wanted)
     }
 
-    /// What a word counts from: G91's place or zero; `None` where the modal sense is not known.
+    /// Whether a word counts from the position before (G91) or from zero; `None` if the modal sense is not known.
     #[inline]
     pub(super) fn is_incremental(&self, address: Address, modal: Option<bool>) -> Option<bool> {
         let bit = bit(address);
@@ -134,7 +134,7 @@ impl BlockWords {
         self.g_codes.first().and_then(|code| code.keyword())
     }
 
-    /// G0 and G1 only, no M codes: nothing but motion can come of it.
+    /// Whether the block has only G0 and G1 and no M codes. Such a block can only move.
     #[inline]
     pub(super) fn is_simple(&self) -> bool {
         self.m_count == 0

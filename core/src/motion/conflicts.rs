@@ -1,5 +1,5 @@
-//! Two codes of one modal group in one block: controls take the first, the last, or refuse the block, so that the mode is
-//! not known behind it.
+//! Two codes of one modal group in one block. Controls take the first code, take the last code, or refuse the block.
+//! So the mode is not known after it.
 
 use super::Unfollowable;
 use super::interpreter::{Interpreter, at_bytes};
@@ -21,7 +21,7 @@ enum Group {
     Transformation(Transformation),
 }
 
-/// What tells the states of a group apart. Codes that mean the same are one state.
+/// The state of a group. Codes that mean the same are one state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
     Code(Code),
@@ -29,7 +29,7 @@ enum State {
     Number(u8),
 }
 
-/// The group of a code, and the state of it that the code puts in force.
+/// The group of a code, and the state that the code puts in force.
 fn state_of(meaning: Meaning, code: Code) -> Option<(Group, State)> {
     let number = |on: bool| State::Number(u8::from(on));
     if let Some(length) = meaning.tool_length() {
@@ -42,7 +42,7 @@ fn state_of(meaning: Meaning, code: Code) -> Option<(Group, State)> {
         return Some((Group::Transformation(group), number(on)));
     }
     Some(match meaning {
-        // Which way an arc runs is in the code alone.
+        // Only the code says in which direction an arc runs.
         Meaning::Motion(_) => (Group::Motion, State::Code(code)),
         Meaning::Units(mm_per_unit) => (Group::Units, State::Value(mm_per_unit)),
         Meaning::Incremental(on) => (Group::Distance, number(on)),
@@ -55,8 +55,8 @@ fn state_of(meaning: Meaning, code: Code) -> Option<(Group, State)> {
 }
 
 impl Interpreter {
-    /// Behind a block with two codes of one group the group's mode is not known; without a unit the program is refused.
-    /// `before` is the state before the block.
+    /// After a block with two codes of one group the group's mode is not known. If the unit is lost, the program is
+    /// refused. `before` is the state before the block.
     pub(super) fn settle_conflicts(
         &mut self,
         batch: &Batch,
@@ -85,7 +85,7 @@ impl Interpreter {
         }
     }
 
-    /// The mode of a group is not known any more.
+    /// The mode of a group is no longer known.
     fn lose(&mut self, group: Group, before: &Modal, reason: &mut Option<Unfollowable>) {
         match group {
             Group::Motion => {

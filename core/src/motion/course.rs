@@ -1,9 +1,9 @@
-//! How far a program came: whether it has begun, has moved, has ended, and what of its numbers was seen.
+//! The course of a program so far: whether it has begun, has moved and has ended, and which kinds of numbers it has.
 
 use super::block_words::{AXES, BlockWords, DWELL};
 use super::interpreter::Interpreter;
 
-/// How far a program came.
+/// The course of a program so far.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Course {
     has_blocks: bool,
@@ -11,13 +11,13 @@ pub(super) struct Course {
     /// Line of the block that ended the program.
     end_line: Option<u64>,
     blocks_after_end: u64,
-    /// Axis words without a decimal point that are not zero, and whether there is one with a point.
+    /// Axis words without a decimal point that are not zero, and whether a word with a point was seen.
     words_without_point: u64,
     has_points: bool,
 }
 
 impl Course {
-    /// There was a block with words.
+    /// A block with words was seen.
     pub(super) fn note_block(&mut self) {
         self.has_blocks = true;
     }
@@ -34,7 +34,7 @@ impl Course {
         self.has_motions
     }
 
-    /// The program ends at this line, or nowhere so far.
+    /// The program ends at this line; `None` if it has not ended so far.
     pub(super) fn end_at(&mut self, line: Option<u64>) {
         self.end_line = line;
     }
@@ -47,12 +47,12 @@ impl Course {
         self.end_line.is_some()
     }
 
-    /// A line behind the end, which may be a block.
+    /// Counts a line after the end if it is a block.
     pub(super) fn pass_behind_end(&mut self, is_block: bool) {
         self.blocks_after_end += u64::from(is_block);
     }
 
-    /// Takes the axis words of a block that is no dwell.
+    /// Counts the axis words of a block that is not a dwell.
     #[inline]
     pub(super) fn count_points(&mut self, block: &BlockWords) {
         let axes = block.present & AXES & !block.unknown;
@@ -70,7 +70,7 @@ impl Course {
 }
 
 impl Interpreter {
-    /// Whether the program has ended (M2, M30, M99, closing `%`): what follows is text.
+    /// Whether the program has ended (M2, M30, M99, closing `%`). The lines after the end are only text.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.course().has_ended()
@@ -82,16 +82,16 @@ impl Interpreter {
         self.course().end_line
     }
 
-    /// How many blocks stand behind the end of the program so far, tape marks and comments apart: they are neither
-    /// checked nor followed.
+    /// The number of blocks after the end of the program so far, without tape marks and comments. These blocks are
+    /// neither checked nor followed.
     #[must_use]
     pub fn blocks_after_end(&self) -> u64 {
         self.course().blocks_after_end
     }
 
-    /// How many words X Y Z A B C so far have a whole number other than 0 and no decimal point, in an ISO program
-    /// that writes others with one; 0 where none has a point. Controls that count in least increments read `X10` as
-    /// 0.010 mm. Times of a dwell are not counted.
+    /// The number of words X Y Z A B C so far that have a whole number other than 0 and no decimal point. They
+    /// count only in ISO and OSP programs that write other words with a point; otherwise the number is 0. Controls that
+    /// count in least increments read `X10` as 0.010 mm. Times of a dwell are not counted.
     #[must_use]
     pub fn words_without_point(&self) -> u64 {
         let course = self.course();

@@ -1,4 +1,4 @@
-//! What the codes of a block do.
+//! The effect of a block's codes.
 
 use super::block_words::{AXES, bit};
 use super::interpreter::{Interpreter, at_bytes};
@@ -10,27 +10,27 @@ use crate::program::{
     Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
 };
 
-/// What a block does with its axis words besides moving.
+/// The action of a block on its axis words, besides moving.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Action {
-    /// Axis words are no motion.
+    /// The axis words are not a motion.
     Consume,
-    /// They set an offset.
+    /// The axis words set an offset.
     Shift,
     /// G28, G30.
     Reference,
-    /// Moves that are not written.
+    /// Motions that are not written.
     Elsewhere,
     Call,
     Unknown,
-    /// Axis words belong to a programmable frame.
+    /// The axis words belong to a programmable frame.
     Frame,
-    /// A spline, thread or the like in this block only.
+    /// A spline, a thread or a similar motion, in this block only.
     Odd(Unfollowable),
 }
 
 impl Interpreter {
-    /// A block with codes other than G0 and G1, or otherwise not plain.
+    /// A block with codes other than G0 and G1, or a block that is not plain for another reason.
     pub(super) fn execute(
         &mut self,
         batch: &Batch,
@@ -118,7 +118,7 @@ impl Interpreter {
             Some(Action::Consume | Action::Frame) => {}
             Some(Action::Shift) => {
                 self.set_feed();
-                // G92 E0 zeroes the extruder, G92 S limits the spindle; G92 alone zeroes all.
+                // G92 E0 zeroes the extruder, and G92 S limits the spindle. G92 alone zeroes all axes.
                 let is_of_axes =
                     axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S));
                 if is_of_axes && !self.ends_no_shift() {
@@ -131,7 +131,7 @@ impl Interpreter {
             Some(Action::Reference) => {
                 self.set_feed();
                 self.opaque(index, block, Unfollowable::Reference, motions);
-                // U V W name the linear axes incrementally on some controls.
+                // On some controls U V W name the linear axes incrementally.
                 let incremental = bit(Address::U) | bit(Address::V) | bit(Address::W);
                 if axis_words == 0 || self.block.present & incremental != 0 {
                     self.position.forget_axes();
@@ -166,7 +166,7 @@ impl Interpreter {
                     odd.map_or_else(|| batch.block_text(block).trim_ascii(), |word| batch.word_text(word));
                 let code = DiagnosticCode::UnknownCode { text: Excerpt::new(text) };
                 diagnostics.push(at_bytes(batch, block, start, end, code));
-                // It may have been the motion that RAPID or CIRCLE was for.
+                // It may have been the motion to which RAPID or CIRCLE applies.
                 self.modal.next_motion = None;
                 self.opaque(index, block, Unfollowable::UnknownCode, motions);
                 self.forget_all();
@@ -174,7 +174,7 @@ impl Interpreter {
         }
     }
 
-    /// M99: what follows is somewhere else. Its block is one opaque motion, whatever else it does.
+    /// M99: the program continues somewhere else. The block is one opaque motion, whatever else it does.
     fn go_back(&mut self, index: usize, block: &Block, before: usize, motions: &mut Vec<Motion>) {
         if motions.len() == before {
             self.opaque(index, block, Unfollowable::Return, motions);
@@ -186,7 +186,7 @@ impl Interpreter {
         }
     }
 
-    /// What the way the block is written forbids.
+    /// The reason against following the block that lies in how it is written.
     fn block_reason(
         &mut self,
         batch: &Batch,
@@ -199,7 +199,7 @@ impl Interpreter {
             reason = Some(Unfollowable::Corner);
         }
         if block.flags.has(BlockFlags::REPEATED) {
-            // G, M and N may stand several times, and `,R` is no second R.
+            // G, M and N may occur several times, and `,R` is not a second R.
             let mut seen = 0;
             let repeatable = bit(Address::G) | bit(Address::M) | bit(Address::N);
             for word in words.iter().filter(|word| word.form != WordForm::Comma) {
@@ -212,7 +212,7 @@ impl Interpreter {
                 let code = DiagnosticCode::RepeatedAddress { address };
                 diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
                 reason = Some(Unfollowable::RepeatedAddress { address });
-                // Which of the two holds, nobody can tell.
+                // It is not known which of the two holds.
                 self.block.unknown |= bit(address);
             }
         }
@@ -222,7 +222,7 @@ impl Interpreter {
         reason
     }
 
-    /// A motion that may do anything with these axes.
+    /// A motion that may move these axes in any way.
     pub(super) fn opaque(
         &mut self,
         index: usize,
@@ -234,7 +234,8 @@ impl Interpreter {
         motion.start = self.position.axis_words();
         motion.unfollowable = Some(reason);
         if matches!(reason, Unfollowable::Call | Unfollowable::UnknownCode) {
-            // F may be an argument: what is called may run at the feed that stands. A block's time ends with it.
+            // F may be an argument of the call, and the called text may run at the active feed. The time of a block
+            // ends with the block.
             motion.feed.word_in_block = false;
             if motion.feed.mode == Some(FeedMode::InverseTime) {
                 (motion.feed.value, motion.feed.raw, motion.feed.decimals) = (None, 0.0, 0);
@@ -243,7 +244,7 @@ impl Interpreter {
         motions.push(motion);
     }
 
-    /// The axes named in the block are not known any more.
+    /// The axes named in the block are no longer known.
     pub(super) fn forget_named(&mut self, named: u32) {
         for (slot, address) in self.axes.all().into_iter().enumerate() {
             if named & bit(address) != 0 {

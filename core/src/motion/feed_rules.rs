@@ -1,31 +1,32 @@
-//! What F means: a part of the row of every dialect. The interpreter takes the modes from it, the time of a block what a speed counts
-//! along, and the writer what must not come between a divided block and the F that it owes.
+//! The meaning of F: a part of every dialect's row. The interpreter takes the modes from it, and the time of a block
+//! takes the path of a speed. The writer takes the words that must not come between a divided block and the F word
+//! that it owes.
 
 use super::dialect::MotionRules;
 use super::{FeedMode, Interpolation};
 use crate::program::{Code, Dialect, Keyword, Word};
 
-/// What an F that is a speed counts along. Where that rests, and the rotary axes turn alone, all dialects count degrees
-/// of the largest turn.
+/// The path along which an F counts if it is a speed. If that path has no length and only the rotary axes turn, all
+/// dialects count degrees of the largest turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FeedPath {
-    /// X Y Z of the words; rotary axes that turn beside them come along.
+    /// X Y Z of the words. Rotary axes that turn in the same motion follow.
     LinearAxes,
     /// The tool tip in the workpiece.
     Tip,
 }
 
-/// What a speed counts along, by who interpolates.
+/// The path along which a speed counts, by interpolation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FeedPaths {
-    /// Where the axes are interpolated.
+    /// If the axes are interpolated.
     pub machine: FeedPath,
-    /// Under tool-centre-point control.
+    /// With tool-centre-point control.
     pub tcp: FeedPath,
 }
 
 impl FeedPaths {
-    /// What a speed counts along in this mode.
+    /// The path along which a speed counts in this mode.
     #[must_use]
     pub fn of(self, mode: Interpolation) -> FeedPath {
         match mode {
@@ -35,34 +36,35 @@ impl FeedPaths {
     }
 }
 
-/// How a feed stands in the text.
+/// How a feed is written in the text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FeedForm {
-    /// A word of the block that moves; left out where it does not change.
+    /// A word of the block that moves, left out if the feed does not change.
     Word,
     /// A cell of every row.
     Cell,
-    /// A statement of its own before the motion.
+    /// A separate statement before the motion.
     Statement,
 }
 
-/// What F means in one dialect.
+/// The meaning of F in one dialect.
 #[derive(Debug)]
 pub struct FeedRules {
-    /// What a speed counts along.
+    /// The path along which a speed counts.
     pub paths: FeedPaths,
-    /// How it is written.
+    /// How the feed is written.
     pub form: FeedForm,
-    /// Whether F beside a dwell may be a feed that stays; elsewhere it is a time and nothing else.
+    /// Whether F in a block with a dwell may be a feed that stays. In other dialects it is only a time.
     pub(super) dwell_may_set_feed: bool,
-    /// Codes and statement words that say how F counts, with the unit they count in \[mm\] where that is not the program's.
+    /// Codes and statement words that state how F counts. The unit \[mm\] is given if F does not count in the
+    /// program's unit.
     pub(super) modes: &'static [(Code, FeedMode, Option<f64>)],
-    /// Codes that change the unit of F, or may have it count otherwise.
+    /// Codes that change the unit of F, or that may change how it counts.
     pub(super) otherwise: &'static [Code],
 }
 
 impl FeedRules {
-    /// X Y Z of the words where the axes are interpolated, the tip where it is.
+    /// X Y Z of the words if the axes are interpolated, the tip if the tip is interpolated.
     pub(super) const BY_MODE: FeedPaths = FeedPaths { machine: FeedPath::LinearAxes, tcp: FeedPath::Tip };
 
     /// The row of a dialect.
@@ -72,13 +74,13 @@ impl FeedRules {
         &MotionRules::of(dialect).feed
     }
 
-    /// How F counts behind this code, if it says so, and its unit.
+    /// How F counts after this code and in which unit, if the code states it.
     pub(super) fn mode(&self, code: Code) -> Option<(FeedMode, Option<f64>)> {
         let found = self.modes.iter().find(|(known, ..)| *known == code);
         found.map(|&(_, mode, mm_per_unit)| (mode, mm_per_unit))
     }
 
-    /// Whether the word gives F another meaning, or may: another mode or unit, or a feed that stands elsewhere.
+    /// Whether the word changes or may change the meaning of F: another mode or unit, or a feed stated elsewhere.
     #[must_use]
     pub fn is_changed_by(&self, word: &Word) -> bool {
         word.code().is_some_and(|code| {

@@ -1,4 +1,4 @@
-//! What the G codes and statement words of a block do.
+//! The effect of a block's G codes and statement words.
 
 use super::block_words::{AXES, bit};
 use super::execute::Action;
@@ -8,12 +8,13 @@ use super::modal::{MotionMode, ToolLength, Transformation};
 use super::{Unfollowable, WorkOffset};
 use crate::program::{Address, Code};
 
-/// Words that cycles have and a change of units does not.
+/// Words that belong to cycles and not to a change of units.
 const CYCLE_WORDS: u32 =
     bit(Address::P) | bit(Address::Q) | bit(Address::I) | bit(Address::J) | bit(Address::K) | bit(Address::L);
 
 impl Interpreter {
-    /// Sets the modes; gives what else is to be done, and why the block counts from another place, if it does.
+    /// Sets the modes. Returns the other actions of the block, and the reason why the block counts from another place,
+    /// if it does.
     #[expect(clippy::too_many_lines, reason = "one arm for every kind of code")]
     pub(super) fn apply_g_codes(
         &mut self,
@@ -25,7 +26,7 @@ impl Interpreter {
         let mut ends_cycle = false;
         let axis_words = self.block.present & AXES;
         let also = |action: &mut Option<Action>, new: Action| {
-            // Two codes that want the axis words: what moves unseen wins.
+            // Two codes use the axis words. The code that moves unseen wins.
             let wins = !matches!(action, Some(Action::Call | Action::Unknown | Action::Elsewhere));
             if action.is_some() && *action != Some(new) && axis_words != 0 {
                 *action = Some(Action::Odd(Unfollowable::ConflictingCodes));
@@ -48,7 +49,7 @@ impl Interpreter {
                 }
                 Meaning::EndCycle => ends_cycle = true,
                 _ if axis_words != 0 && self.may_name_axes(meaning) => {
-                    // The words name axes, or are offsets; on some controls the block moves all the same.
+                    // The words name axes, or they are offsets. On some controls the block moves all the same.
                     self.set_mode(meaning);
                     also(&mut action, Action::Odd(Unfollowable::ConflictingCodes));
                 }
@@ -146,18 +147,18 @@ impl Interpreter {
             *reason = Some(Unfollowable::ConflictingCodes);
             self.modal.motion = None;
         }
-        // A dwell and a motion: whose the axis words are depends on the control.
+        // A dwell and a motion: it depends on the control which of them the axis words belong to.
         if action == Some(Action::Consume) && motion_codes > 0 && axis_words != 0 {
             action = Some(Action::Odd(Unfollowable::ConflictingCodes));
         }
-        // Unknown codes and calls are never hidden by a conflict.
+        // A conflict never hides unknown codes or calls.
         if (0..self.block.g_count).any(|index| self.meaning(index) == Meaning::Unknown) {
             action = Some(Action::Unknown);
         }
         (action, counts_elsewhere)
     }
 
-    /// Whether axis words beside this code may be something else than a motion.
+    /// Whether axis words in a block with this code may be something other than a motion.
     fn may_name_axes(&self, meaning: Meaning) -> bool {
         match meaning {
             Meaning::LengthAlongTool
@@ -182,7 +183,7 @@ impl Interpreter {
             Meaning::Units(mm_per_unit) => self.set_unit(mm_per_unit),
             Meaning::Feed(mode) => self.modal.count_feed(Some(mode)),
             Meaning::Compensation(on) => self.modal.compensation = Some(on),
-            // TRAORI again, or TRAFOOF again: nothing new.
+            // A repeated TRAORI or TRAFOOF changes nothing.
             Meaning::SwitchTip(length) => self.switch_tip(length),
             Meaning::LengthAlongTool if self.axes.has_head_axis() && !self.options.interpolation_stated => {
                 self.lose_tool_length();
@@ -210,7 +211,7 @@ impl Interpreter {
             }
             Meaning::EndScaling => self.transform(Transformation::Scaling, false),
             Meaning::MirrorNamed(on) => self.mirror(on),
-            // G7.1 is ended by the axis at zero.
+            // The axis at zero ends G7.1.
             Meaning::Transform(Transformation::Cylinder, on) => {
                 self.transform(Transformation::Cylinder, on && !self.is_cylinder_end());
             }
@@ -230,7 +231,7 @@ impl Interpreter {
         }
     }
 
-    /// Words whose motion is left alone; gives what else is to be done.
+    /// Leaves the motion of the words unchanged. Returns the other actions.
     fn leave(&mut self, meaning: Meaning) -> Option<Action> {
         match meaning {
             Meaning::ModalCycle => {
@@ -269,8 +270,9 @@ impl Interpreter {
         None
     }
 
-    /// The meaning of a G code in this block: G70 and G71 are cycles beside words of cycles, of turning (P Q) or of holes in
-    /// a circle (I J K L); G11 and G62 beside axis words are frames. Where G0 to G3 says how the block moves, they are not.
+    /// The meaning of a G code in this block. G70 and G71 are cycles if the block also has words of cycles, of turning
+    /// (P Q) or of holes in a circle (I J K L). G11 and G62 with axis words are frames. If G0 to G3 states how the
+    /// block moves, they are not.
     pub(super) fn meaning(&self, index: usize) -> Meaning {
         let Some(&code) = self.block.g_codes().get(index) else { return Meaning::Unknown };
         match self.rules.meaning(code) {
@@ -280,7 +282,7 @@ impl Interpreter {
         }
     }
 
-    /// This meaning, unless words of these addresses stand in the block and no code says how it moves.
+    /// This meaning, unless the block has words of these addresses and no code that states how it moves.
     fn unless(&self, words: u32, meaning: Meaning) -> Meaning {
         let is_other = self.block.present & words != 0 && !self.says_how_to_move();
         if is_other { Meaning::Unknown } else { meaning }

@@ -1,4 +1,4 @@
-//! From blocks to motions: the course of a block. What its codes do is in `execute`.
+//! From blocks to motions: how a block is interpreted. The effect of its codes is in `execute`.
 
 use super::block_words::{BlockWords, bit};
 use super::course::Course;
@@ -19,25 +19,25 @@ use crate::program::{
 use crate::units::LengthUnit;
 use std::sync::Arc;
 
-/// How a program is to be taken where the text alone does not say.
+/// How to interpret a program where its text alone is not enough.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct InterpreterOptions {
-    /// Feed in G94 before the first F word [mm/min]; motions take it rounded to few decimals of the program's unit.
-    /// Where F is given but its number is not known, or does not hold any more, it is not used.
+    /// Feed in G94 before the first F word [mm/min]. Motions take it rounded to few decimals of the program's unit. It
+    /// is not used if an F is given whose number is not known or no longer holds.
     pub feed_mm_per_min: Option<f64>,
-    /// Whether the caller says what the control interpolates: motions behind M428 to M430 can be followed then.
+    /// Whether the caller states what the control interpolates. Motions after M428 to M430 can be followed then.
     pub interpolation_stated: bool,
-    /// The unit of a program that does not state one; tables count in millimetres all the same.
+    /// The unit of a program that does not state one. Tables always count in millimetres.
     pub unit: Option<LengthUnit>,
-    /// Where the axes stand before the first block, as words in the first work offset: X Y Z \[mm\], the rotaries in the
-    /// profile's order \[deg\].
+    /// The axis positions before the first block, as words in the first work offset: X Y Z \[mm\], then the rotary
+    /// axes in the profile's order \[deg\].
     pub start: [Option<f64>; 5],
-    /// Positions of the work offsets.
+    /// The positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
 }
 
 impl InterpreterOptions {
-    /// A program that counts in millimetres unless it says otherwise; nothing else is stated.
+    /// A program that counts in millimetres unless it states another unit. Nothing else is stated.
     #[must_use]
     pub fn in_mm() -> Self {
         Self { unit: Some(LengthUnit::Millimetre), ..Self::default() }
@@ -46,8 +46,9 @@ impl InterpreterOptions {
 
 /// A control that reads a program batch after batch, in the program's order.
 ///
-/// It starts in G90 G94 G17 G40 G49, with the unit, the work offset and the positions that the caller states. A call (M98, G65, an O word's `call`) leaves
-/// every modal group unknown until a word sets it again, and every position until an absolute word does.
+/// It starts in G90 G94 G17 G40 G49, with the unit, the work offset and the positions that the caller states. After a
+/// call (M98, G65, an O word's `call`) every modal group is unknown until a word sets it again. Every position is
+/// unknown until an absolute word states it.
 #[derive(Debug, Clone)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about the course of the program")]
 pub struct Interpreter {
@@ -61,27 +62,27 @@ pub struct Interpreter {
     pub(super) axes: MachineAxes,
     /// The work offset of the first complete point.
     pub(super) only_offset: Option<WorkOffset>,
-    /// In which unit the program counts, and who says so.
+    /// The unit in which the program counts, and its source.
     pub(super) program_unit: ProgramUnit,
-    /// Line of the block at hand.
+    /// Line of the present block.
     pub(super) line: u64,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
-    /// The block before made a motion that axis words alone would make again: see `repetition`.
+    /// The block before made a motion that axis words alone would repeat: see `repetition`.
     pub(super) repeats: bool,
-    /// And it stated the tool axis as a vector.
+    /// The block before stated the tool axis as a vector.
     pub(super) states_vector: bool,
-    /// How far the program came.
+    /// The course of the program so far.
     course: Course,
-    /// Of the program's dialect, once its first batch is there, and what its parameters stand at.
+    /// The rules of the program's dialect, known after the first batch, and the present values of its parameters.
     pub(super) rules: &'static MotionRules,
     constants: Option<Constants>,
     pub(super) block: BlockWords,
     pub(super) this_block: ThisBlock,
     pub(super) sections: Sections,
-    /// What the program says of its tools.
+    /// The tools that the program names.
     pub(super) tools: ToolsNamed,
-    /// It runs along to see what a section sets, whatever was before: see `sections`.
+    /// This control runs along to find what a section sets in every case: see `sections`.
     pub(super) is_stranger: bool,
 }
 
@@ -113,16 +114,16 @@ impl Interpreter {
         }
     }
 
-    /// Appends the motions of the batch and what there is to say about it. A diagnostic of severity `Refusal` means
-    /// that the program as a whole cannot be followed: its effect could reach any later block.
+    /// Appends the motions of the batch and its diagnostics. A diagnostic of severity `Refusal` means that the program
+    /// as a whole cannot be followed, because the effect could reach any later block.
     ///
-    /// Expressions of the batch whose value is fixed by the program so far become numbers in it.
+    /// An expression in the batch becomes a number there if the program so far fixes its value.
     pub fn interpret(&mut self, batch: &mut Batch, motions: &mut Vec<Motion>, diagnostics: &mut Diagnostics) {
         self.interpret_each(batch, motions, diagnostics, |_, _| {});
     }
 
-    /// [`Self::interpret`]; after every block `see` gets all motions so far, and where X Y Z \[mm\] and the machine's rotary axes
-    /// \[deg\] are then, as far as that is known.
+    /// [`Self::interpret`]. After every block, `see` gets all motions so far. It also gets the positions of X Y Z
+    /// \[mm\] and of the machine's rotary axes \[deg\], as far as they are known.
     pub fn interpret_each(
         &mut self,
         batch: &mut Batch,
@@ -170,7 +171,7 @@ impl Interpreter {
         self.repeats &= says_nothing || block.kind == BlockKind::Words;
         match block.kind {
             BlockKind::Words => self.interpret_words(batch, index, block, motions, diagnostics),
-            // The first one opens the tape, another one closes it.
+            // The first `%` opens the tape, and another one closes it.
             BlockKind::Percent if self.course.has_blocks() => self.end(block.line),
             BlockKind::Percent
             | BlockKind::Blank
@@ -201,7 +202,7 @@ impl Interpreter {
         }
     }
 
-    /// A control in the same state that runs along to see what a section sets.
+    /// A control in the same state that runs along to find what a section sets.
     pub(super) fn stranger(&mut self) -> Self {
         let sections = std::mem::take(&mut self.sections);
         let constants = self.constants.take();
@@ -221,7 +222,7 @@ impl Interpreter {
         let words = batch.words(block);
         self.block.gather(words);
         if self.is_stranger && block.flags.has(BlockFlags::EXPRESSION) {
-            // Parameters may stand at something else where the section is called.
+            // Parameters may have other values where the section is called.
             for word in words.iter().filter(|word| word.form == WordForm::Evaluated) {
                 self.block.unknown |= bit(word.address);
             }
@@ -257,7 +258,7 @@ impl Interpreter {
         } else if is_plain && self.is_plain_statement() {
             self.move_plainly(index, block, motions);
         } else if block.flags.has(BlockFlags::DELETE) {
-            // The operator decides: only what comes out the same both ways is known behind it.
+            // The operator decides. After the block only the results that are the same both ways are known.
             let skipped = (self.modal, self.position, self.course.end_line());
             self.see_tools(batch, block);
             self.execute(batch, index, block, motions, diagnostics);
@@ -303,7 +304,7 @@ impl Interpreter {
         self.obstacle
     }
 
-    /// Looks for it, after a mode changed.
+    /// Looks for the obstacle after a mode has changed.
     pub(super) fn find_obstacle(&mut self) {
         self.obstacle = self.modal.obstacle();
     }
@@ -319,13 +320,13 @@ impl Interpreter {
         }
     }
 
-    /// A work offset moves: no position is known in the new coordinates.
+    /// A work offset moves, so no position is known in the new coordinates.
     pub(super) fn shift_offsets(&mut self) {
         self.modal.shifts = self.modal.shifts.saturating_add(1);
         self.position.forget_axes();
     }
 
-    /// Behind a call.
+    /// Forgets everything that a call may change.
     pub(super) fn forget_all(&mut self) {
         if self.rules.call_keeps_modes {
             self.modal.forget_conversational();
@@ -344,14 +345,14 @@ pub(super) fn excerpt(batch: &Batch, block: &Block) -> Excerpt {
     Excerpt::new(batch.block_text(block).trim_ascii())
 }
 
-/// A diagnostic of a whole block, from its first byte that is no blank.
+/// A diagnostic of a whole block, from its first byte that is not blank.
 pub(super) fn at_block(batch: &Batch, block: &Block, code: DiagnosticCode) -> Diagnostic {
     let text = batch.block_text(block);
     let blanks = text.iter().take_while(|byte| byte.is_ascii_whitespace()).count().min(text.len());
     at_bytes(batch, block, block.start + u32::try_from(blanks).unwrap_or(0), block.body_end, code)
 }
 
-/// A diagnostic of some bytes of the batch's text.
+/// A diagnostic of certain bytes of the batch's text.
 pub(super) fn at_bytes(
     batch: &Batch,
     block: &Block,

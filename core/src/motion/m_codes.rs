@@ -1,4 +1,4 @@
-//! What the M codes of a block do.
+//! The effect of a block's M codes.
 
 use super::interpreter::Interpreter;
 use super::meaning::MFunction;

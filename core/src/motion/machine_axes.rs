@@ -1,4 +1,4 @@
-//! The letters that the axes of a machine have in programs.
+//! The letters of a machine's axes in programs.
 
 use crate::machine::{Machine, Side};
 use crate::program::Address;

@@ -1,17 +1,17 @@
-//! What codes and statement words mean for motions. Which code means what is in the tables of `dialect`.
+//! The meanings of codes and statement words for motions. The tables in `dialect` state the meaning of each code.
 
 use super::FeedMode;
 use super::modal::{MotionMode, ToolLength, Transformation};
 use super::work_offset::OffsetCode;
 
-/// What an M code means for the path.
+/// The meaning of an M code for the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MFunction {
     /// Nothing.
     Plain,
     /// The end of the program.
     End,
-    /// The end of a subprogram, or the program again.
+    /// The end of a subprogram, or the program starts again.
     Return,
     Call,
     ToolChange,
@@ -19,34 +19,34 @@ pub(super) enum MFunction {
     KinematicsSwitch,
     ExtruderAbsolute,
     ExtruderRelative,
-    /// Axis words of the block count from another place.
+    /// The axis words of the block count from another place.
     MachineCoordinates,
-    /// A cycle runs at the block's end; modal ones at every motion from here on.
+    /// A cycle runs at the block's end. A modal cycle runs at every motion from here on.
     CycleCall,
     CycleModal,
-    /// Tool-centre-point control; off behind the motion.
+    /// Tool-centre-point control on or off. Off takes effect after the motion.
     Tcp(bool),
     /// Another state of the control's compensation of rotary motions.
     TcpOther,
-    /// Rotary axes take the shorter way; off behind the motion.
+    /// Whether rotary axes take the shorter way. Off takes effect after the motion.
     ShortestPath(bool),
     /// F of rotary axes counts millimetres.
     RotaryFeedInMm(bool),
     Feed(FeedMode),
     /// Displays of rotary axes are reduced.
     ForgetRotary,
-    /// Axes move that are not named.
+    /// Moves axes that are not named.
     Elsewhere,
-    /// Modes are again what they were where another code kept them, or it is a code of the machine's builder.
+    /// Modes go back to what another code kept, or this is a code of the machine's builder.
     RestoresModes,
 }
 
-/// What a statement word means beyond what codes mean.
+/// The meaning of a statement word, beyond the meanings of codes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Statement {
-    /// An arc; a full circle where no axis word says where it ends.
+    /// An arc; a full circle if no axis word states its end.
     ArcAboutCentre,
-    /// An arc that goes on where the motion before ends.
+    /// An arc that continues from the end of the motion before.
     TangentArc,
     /// At rapid traverse, in this block.
     RapidHere,
@@ -56,7 +56,7 @@ pub(super) enum Statement {
     Feedrate,
     /// The feed is not a path feed in the program's unit.
     OtherFeed,
-    /// What F is counted in, and its unit where that is not the program's.
+    /// The mode in which F counts, and its unit if that is not the program's.
     FeedUnit(FeedMode, Option<f64>),
     End,
     ToolCall,
@@ -79,7 +79,7 @@ pub(super) enum Statement {
     Probe,
     /// A point to go to.
     Point,
-    /// A point where the tool is.
+    /// A point at which the tool is.
     From,
     /// How the next point is reached.
     Next(MotionMode),
@@ -88,7 +88,7 @@ pub(super) enum Statement {
     ToolAxis,
     CoordinateSystem,
     GoHome,
-    /// Full circles that an arc runs beside the way to its end.
+    /// Full circles that an arc makes in addition to the path to its end.
     FurtherTurns,
 }
 
@@ -105,7 +105,7 @@ pub(super) enum ProgramFrame {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Meaning {
     Motion(MotionMode),
-    /// A motion only where axis words stand in the block; a mode of the control otherwise (G5.1, G60).
+    /// A motion only if the block has axis words; otherwise a mode of the control (G5.1, G60).
     MotionWithAxes(MotionMode),
     /// Cancels a canned cycle.
     EndCycle,
@@ -116,13 +116,15 @@ pub(super) enum Meaning {
     Compensation(bool),
     /// A tool length: G43, G44.
     ToolLength(ToolLength),
-    /// One that says what is interpolated, whatever a code of the machine's builder said before: G43.4, G43.5, G49.
+    /// A code that states what is interpolated, whatever a code of the machine's builder stated before: G43.4, G43.5,
+    /// G49.
     TipControl(ToolLength),
-    /// TRAORI and TRAFOOF, which end all other transformations of the kinematics.
+    /// TRAORI and TRAFOOF. They end all other transformations of the kinematics.
     SwitchTip(ToolLength),
-    /// G43.1: on some controls the length along the tool, whichever way it points; on others along Z.
+    /// G43.1: on some controls the length along the tool, whatever its direction; on other controls the length along
+    /// Z.
     LengthAlongTool,
-    /// G169 and G170 of OSP, beside which axis words are no plain motion.
+    /// G169 and G170 of OSP. Axis words in the same block are not a plain motion.
     TipControlApart(ToolLength),
     /// G54, G55 and G56 of OSP: the tool's length along X, Y or Z; G53: none.
     LengthAlong(Option<u8>),
@@ -130,46 +132,48 @@ pub(super) enum Meaning {
     OffsetByH,
     /// G16 of OSP: the work offset of this H, in this block.
     OffsetByHHere,
-    /// G54 and its kin.
+    /// G54 and similar codes.
     WorkOffset(OffsetCode),
-    /// G54, G54.1 and G154, which a P word tells apart from others of their code.
+    /// G54, G54.1 and G154: a P word selects among the offsets of the code.
     WorkOffsetByP(OffsetCode),
-    /// G54.2 and G54.4: modes of their own beside the work offset; P0 ends them.
+    /// G54.2 and G54.4: separate modes beside the work offset. P0 ends them.
     ModeByP(Transformation),
     Transform(Transformation, bool),
-    /// G69: ends a rotation and a tilted plane; where axis words may stand beside it that are no motion.
+    /// G69: ends a rotation and a tilted plane. In some dialects its block may have axis words that are not a motion.
     EndRotation {
         names_axes: bool,
     },
-    /// G50, beside which axis words may be no motion.
+    /// G50: axis words in its block may not be a motion.
     EndScaling,
-    /// G51.1 and G50.1: of the axes it names; without any, of all.
+    /// G51.1 and G50.1: act on the axes that they name, or on all axes if they name none.
     MirrorNamed(bool),
-    /// G15: ends polar words; with H it names a work offset on some controls.
+    /// G15: ends polar words. With H it names a work offset on some controls.
     EndPolarOrOffset,
-    /// G107: on with an axis, whatever the value beside its letter; off without.
+    /// G107: on with an axis word, whatever its value; off without one.
     CylinderOfAxis,
-    /// G07: on with an axis at 0, which does not move then, and off with the axis at 1.
+    /// G07: on with an axis at 0, which then does not move, and off with the axis at 1.
     HypotheticalAxis,
-    /// A unit; beside words of cycles, where no code says how the block moves, a cycle that is not followed: G70, G71.
+    /// A unit: G70, G71. With words of cycles, and without a code that states how the block moves, it is a cycle that
+    /// is not followed.
     UnitsUnlessCycle(f64),
-    /// Nothing; beside axis words, where no code says how the block moves, a frame that is not followed: G11, G62.
+    /// No effect: G11, G62. With axis words, and without a code that states how the block moves, it is a frame that is
+    /// not followed.
     HarmlessUnlessAxes,
-    /// Axis words of the block are no motion: dwell, stroke limits, tables of offsets that are not active.
+    /// The axis words of the block are not a motion: dwell, stroke limits, tables of offsets that are not active.
     NoMotion,
-    /// G10: L2 and L20 write work offsets, others tool offsets.
+    /// G10: L2 and L20 write work offsets. Others write tool offsets.
     WriteOffsets,
     /// G92, with axis words.
     Shift,
-    /// G52, with axis words; with zeros it ends.
+    /// G52, with axis words. With zeros it ends the shift.
     LocalShift,
-    /// G92.1 and G92.2: end what G92 shifted.
+    /// G92.1 and G92.2: end the shift by G92.
     EndShift,
     /// Another change of the zero.
     OtherShift,
     /// G53.
     MachineCoordinates,
-    /// G28, G30: the axes named go to a reference position.
+    /// G28, G30: the named axes go to a reference position.
     Reference,
     /// Moves axes that are not named.
     Elsewhere,
@@ -178,13 +182,13 @@ pub(super) enum Meaning {
     EndModalCall,
     /// A statement word with a meaning of its own.
     Statement(Statement),
-    /// TRANS, ROT, SCALE, MIRROR; true: added to the programmable frame, not in place of it.
+    /// TRANS, ROT, SCALE, MIRROR. `true`: it is added to the programmable frame instead of replacing it.
     ProgramFrame(ProgramFrame, bool),
-    /// MCALL of a standard cycle, which leaves modes as they are.
+    /// MCALL of a standard cycle. It leaves the modes unchanged.
     ModalCycle,
     /// A standard cycle, once.
     Cycle,
-    /// CYCLE800: a plane is swivelled, perhaps with the axes that do it, or no more.
+    /// CYCLE800: swivels a plane, perhaps together with its axes, or ends the swivelling.
     Swivel(bool),
     /// MEAS.
     Probing,
@@ -192,9 +196,9 @@ pub(super) enum Meaning {
     PolarEnd,
     /// An orientation in a form that is not followed.
     OrientationWord,
-    /// Another axis moves, perhaps one of the machine's five under another name.
+    /// Another axis moves. It may be one of the machine's five under another name.
     OtherAxis,
-    /// A word that nothing is known of, or that changes the course of the motion and not its end.
+    /// An unknown word, or a word that changes the course of the motion but not its end.
     ForeignWord,
     /// Changes the motion of its block.
     BlockWord,
@@ -202,17 +206,17 @@ pub(super) enum Meaning {
     ToolOffset,
     RoundsCorners(bool),
     VectorsInMachine(bool),
-    /// The machine stops at the end of every block, or does not.
+    /// Whether the machine stops at the end of every block.
     ExactStop(bool),
-    /// It stops at the end of this block.
+    /// The machine stops at the end of this block.
     ExactStopHere,
-    /// Changes nothing that matters for the path's ends.
+    /// Has no effect on the ends of the path.
     Harmless,
     Unknown,
 }
 
 impl Meaning {
-    /// The tool length that it puts in force, if it is one that does.
+    /// The tool length that the code puts in force, if it does so.
     pub(super) const fn tool_length(self) -> Option<ToolLength> {
         match self {
             Self::ToolLength(length)
@@ -224,7 +228,7 @@ impl Meaning {
         }
     }
 
-    /// The transformation that it puts on or off, if it does so whatever stands beside it.
+    /// The transformation that the code switches on or off, if it does so whatever else its block has.
     pub(super) const fn transformation(self) -> Option<(Transformation, bool)> {
         match self {
             Self::Transform(which, on) => Some((which, on)),

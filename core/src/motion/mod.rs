@@ -1,18 +1,13 @@
-//! What a program means on one machine: motions with start, end, feed and source line, under the modal state of a
-//! control whose every value may be unknown.
+//! The meaning of a program on one machine: motions with start, end, feed and source line, under the modal state of a
+//! control. Every value of that state may be unknown.
 //!
-//! A program starts in G90 G94 G17. Its unit, its work offsets and where its axes stand are known where the text or the caller
-//! states them. What cannot be followed is said to be so and left
-//! alone; nothing is guessed.
+//! A program starts in G90 G94 G17. Its unit, its work offsets and its axis positions are known if the text or the
+//! caller states them. A motion that cannot be followed is reported and left unchanged. Nothing is guessed.
 
 mod block_words;
 mod conflicts;
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    clippy::items_after_statements,
-    reason = "values as they stand in the text, exact"
-)]
+#[expect(clippy::float_cmp, clippy::items_after_statements, reason = "values as the text has them, exact")]
 #[path = "conversational/tests.rs"]
 mod conversational_tests;
 mod course;
@@ -31,7 +26,7 @@ mod motion_shell;
 mod motions;
 mod offsets;
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
+#[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 #[path = "offsets/tests.rs"]
 mod offsets_tests;
 mod position;
@@ -41,15 +36,11 @@ mod sinumerik;
 mod spindle;
 mod statements;
 #[cfg(test)]
-#[expect(
-    clippy::float_cmp,
-    clippy::items_after_statements,
-    reason = "values as they stand in the text, exact"
-)]
+#[expect(clippy::float_cmp, clippy::items_after_statements, reason = "values as the text has them, exact")]
 #[path = "states/tests.rs"]
 mod states_tests;
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
+#[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 mod tests;
 mod tool_axis;
 mod tool_length;

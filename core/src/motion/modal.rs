@@ -1,4 +1,4 @@
-//! The modal state of a control. `None` is a value that is not known.
+//! The modal state of a control. `None` is an unknown value.
 
 use super::sections::behind;
 use super::{FeedMode, ModalGroup, Spindle, Unfollowable, WorkOffset};
@@ -18,13 +18,13 @@ pub(super) enum MotionMode {
 /// The tool length group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ToolLength {
-    /// None, or along Z.
+    /// No length, or a length along Z.
     Plain,
     /// Tool-centre-point control with rotary words.
     Tcp,
     /// The same with a tool vector.
     Vector,
-    /// By another transformation of the control than the one that the profile describes.
+    /// A transformation of the control other than the one that the profile describes.
     OtherTcp,
 }
 
@@ -39,7 +39,7 @@ pub(super) enum Transformation {
     Cylinder,
     /// A tilted working plane of a conversational program.
     Tilt,
-    /// The tool stands along another axis than Z.
+    /// The tool points along an axis other than Z.
     ToolAxis,
     /// TOROT, TOFRAME.
     ToolFrame,
@@ -49,33 +49,33 @@ pub(super) enum Transformation {
     Swivel,
     /// PTP.
     PointToPoint,
-    /// The tool axis on a course of its own.
+    /// The tool axis has a course of its own.
     Orientation,
     /// DIAMON.
     Diameter,
-    /// Cycle 26 of a conversational program: axes scaled each for itself.
+    /// Cycle 26 of a conversational program: each axis has its own scale.
     AxisScaling,
     /// G54.2: an offset that follows the table.
     FixtureOffset,
-    /// G54.4: the error of a set-up is compensated.
+    /// G54.4: compensation of the error of a set-up.
     SetupError,
 }
 
 /// How many transformations there are.
 const TRANSFORMATIONS: usize = 17;
 
-/// What F stands at.
+/// The present value of F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum ModalFeed {
     /// No F word so far.
     NeverGiven,
-    /// There was one, or may have been, whose number does not hold here.
+    /// An F word was or may have been given, but its number does not hold here.
     Unknown,
     /// As written, and its decimals.
     Given(f64, u8),
 }
 
-/// All that is modal but for positions.
+/// All modal values except positions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[expect(clippy::struct_excessive_bools, reason = "independent modes")]
 pub(super) struct Modal {
@@ -86,29 +86,30 @@ pub(super) struct Modal {
     feed_mode: Option<FeedMode>,
     pub(super) compensation: Option<bool>,
     pub(super) tool_length: Option<ToolLength>,
-    /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, and nobody said what it means.
+    /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, and the caller has not stated their meaning.
     pub(super) kinematics_switched: bool,
     /// By [`Transformation`].
     pub(super) transformations: [Option<bool>; TRANSFORMATIONS],
     pub(super) macro_call: Option<bool>,
-    /// Axes that G51.1 has mirrored, and that cycle 26 scales, by their bits; all bits where nobody knows which.
+    /// Axes that G51.1 has mirrored and axes that cycle 26 scales, as bits. All bits are set if the axes are not
+    /// known.
     pub(super) mirrored_axes: u32,
     pub(super) scaled_axes: u32,
     /// The work offset in force.
     pub(super) work_offset: Option<WorkOffset>,
-    /// The tool in it, and the one made ready.
+    /// The tool in the spindle, and the tool that is made ready.
     pub(super) spindle: Spindle,
-    /// Changes when G92, G52 or G10 move an offset.
+    /// Changes when G92, G52 or G10 moves an offset.
     pub(super) shifts: u32,
-    /// What TRANS and ATRANS add to the words X Y Z \[mm\].
+    /// The offset that TRANS and ATRANS add to the words X Y Z \[mm\].
     pub(super) program_offset_mm: Option<[f64; 3]>,
-    /// The D number of the tool's edge, where it decides the tool's length.
+    /// The D number of the tool's edge, if it decides the tool's length.
     pub(super) edge: Option<f64>,
     /// The H number of the tool's length in ISO programs.
     pub(super) length_number: Option<f64>,
-    /// RNDM: every corner is rounded.
+    /// RNDM: the control rounds every corner.
     pub(super) rounds_corners: bool,
-    /// ORIMKS: tool vectors are meant in the machine.
+    /// ORIMKS: tool vectors are in machine coordinates.
     pub(super) vectors_in_machine: bool,
     /// M83.
     pub(super) relative_extruder: bool,
@@ -119,20 +120,20 @@ pub(super) struct Modal {
     pub(super) datum_mm: [Option<f64>; 3],
     /// M126: rotary axes take the shorter way.
     pub(super) shortest_path: bool,
-    /// M116: F of rotary axes counts millimetres along a circle that the text does not tell.
+    /// M116: F of rotary axes counts millimetres along a circle that the text does not state.
     pub(super) rotary_feed_in_mm: bool,
     /// How the next point of a cutter location program is reached.
     pub(super) next_motion: Option<MotionMode>,
-    /// Its points are those of a cycle.
+    /// The program's points are points of a cycle.
     pub(super) in_cycle: bool,
-    /// MULTAX/ON: an axis that is left out stays as it is.
+    /// MULTAX/ON: a tool axis that is left out does not change.
     pub(super) multax: bool,
-    /// A point stated the tool axis since TLAXIS.
+    /// A point has stated the tool axis since TLAXIS.
     pub(super) axis_stated: bool,
 }
 
 impl Modal {
-    /// G0-less start: G90 G94 G17 G40 G49, no unit, no work offset named, no transformation, no motion mode.
+    /// A start without G0: G90 G94 G17 G40 G49, no unit, no named work offset, no transformation, no motion mode.
     pub(super) const START: Self = Self {
         motion: None,
         plane: Some(2),
@@ -166,8 +167,8 @@ impl Modal {
         axis_stated: false,
     };
 
-    /// Behind a call. Rotation and tilted planes are what subprograms leave behind, so G69 has to say that there is
-    /// none; scaling, mirror, polar words and modal calls are taken to be as before.
+    /// Forgets what a call may change. Subprograms may leave a rotation or a tilted plane active, so G69 has to end
+    /// it. Scaling, mirror, polar words and modal calls are assumed to be as before.
     pub(super) fn forget(&mut self) {
         self.motion = None;
         self.plane = None;
@@ -186,8 +187,8 @@ impl Modal {
         self.feed = ModalFeed::Unknown;
     }
 
-    /// Behind a call in a conversational program: units, the sense of words and feeds are those of the program; radius
-    /// compensation, TCP, tilted planes, rotations and datum shifts may be others.
+    /// Forgets what a call in a conversational program may change. Units, the sense of words and feeds are those of
+    /// the program. Radius compensation, TCP, tilted planes, rotations and datum shifts may be others.
     pub(super) fn forget_conversational(&mut self) {
         let before = *self;
         self.forget();
@@ -200,18 +201,19 @@ impl Modal {
         self.datum_mm = [None; 3];
     }
 
-    /// Whether the zero may lie elsewhere than in the work offset in force, or that is not known itself.
+    /// Whether the zero may be elsewhere than in the work offset in force, or the work offset itself is not known.
     pub(super) fn is_shifted(&self) -> bool {
         let has_datum = self.datum_mm.iter().any(|shift| shift.is_none_or(|shift| shift.abs() > 0.0));
         self.shifts > 0 || has_datum || self.work_offset.is_none()
     }
 
-    /// How F counts; `None` where that is not known.
+    /// How F counts; `None` if this is not known.
     pub(super) const fn feed_mode(&self) -> Option<FeedMode> {
         self.feed_mode
     }
 
-    /// F counts so from here on, or nobody knows how: where it counted otherwise its number means nothing any more.
+    /// Sets how F counts from here on, `None` if it is not known. If F counted in another way before, its number has
+    /// no meaning now.
     pub(super) fn count_feed(&mut self, mode: Option<FeedMode>) {
         if mode.is_none() || self.feed_mode != mode {
             self.void_feed();
@@ -219,15 +221,15 @@ impl Modal {
         self.feed_mode = mode;
     }
 
-    /// Another unit or sense of F: the number that stands means nothing any more.
+    /// Another unit or sense of F. The present number has no meaning now.
     pub(super) fn void_feed(&mut self) {
         if self.feed != ModalFeed::NeverGiven {
             self.feed = ModalFeed::Unknown;
         }
     }
 
-    /// The state behind a section of the program that is called in this one, by what it does to the program's and to
-    /// another state.
+    /// The state after a section of the program that is called here. It follows from the section's effect on the
+    /// program's state and on another state.
     pub(super) fn behind(&self, program: [&Self; 2], stranger: [&Self; 2]) -> Self {
         macro_rules! each {
             ($($field:ident),*) => {
@@ -240,7 +242,7 @@ impl Modal {
                     program.map(|state| state.transformations[i]),
                     stranger.map(|state| state.transformations[i]),
                 )),
-                // Every shift counts: behind a second call the offset is another one again.
+                // Every shift counts: after a second call the offset has changed once more.
                 shifts: self.shifts.saturating_add(stranger[1].shifts.saturating_sub(stranger[0].shifts)) }
             };
         }
@@ -276,7 +278,7 @@ impl Modal {
         )
     }
 
-    /// What is the same whether a block was executed or skipped.
+    /// The values that are the same whether a block was executed or skipped.
     pub(super) fn common(&self, skipped: &Self) -> Self {
         fn same<T: PartialEq + Copy>(a: Option<T>, b: Option<T>) -> Option<T> {
             if a == b { a } else { None }
@@ -298,7 +300,7 @@ impl Modal {
             scaled_axes: self.scaled_axes | skipped.scaled_axes,
             work_offset: same(self.work_offset, skipped.work_offset),
             spindle: self.spindle.common(&skipped.spindle),
-            // A shift that may have been is a shift.
+            // A shift that may have happened counts as a shift.
             shifts: self.shifts,
             program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
             edge: same(self.edge, skipped.edge),

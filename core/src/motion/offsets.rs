@@ -1,4 +1,4 @@
-//! Where the program's zero is, and how its axes are turned, scaled and mirrored.
+//! The position of the program's zero, and how its axes are turned, scaled and mirrored.
 
 use super::WorkOffset;
 use super::block_words::AXES;
@@ -8,7 +8,7 @@ use super::modal::Transformation;
 use super::work_offset::OffsetCode;
 use crate::program::Address;
 
-/// Axes whose zero G52 shifts.
+/// Axes whose zero is shifted by G52.
 const MOVED: [Address; 9] = [
     Address::X,
     Address::Y,
@@ -21,8 +21,8 @@ const MOVED: [Address; 9] = [
     Address::W,
 ];
 impl Interpreter {
-    /// G10: L2 and L20 are work offsets, and so may be what has no L or an unseen one; other tables are tool offsets: the
-    /// length may be the active one.
+    /// G10: L2 and L20 are work offsets. Without an L, or with an L of unknown value, it may also be a work offset.
+    /// Other tables are tool offsets, and the length may be the active one.
     pub(super) fn write_offsets(&mut self) {
         let table = self.block.value(Address::L);
         if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
@@ -32,7 +32,7 @@ impl Interpreter {
         }
     }
 
-    /// Whether the block ends the shift of a program that shifted nothing so far: G92.1, G92.2, G52 with zeros.
+    /// Whether the block ends a shift (G92.1, G92.2, G52 with zeros) in a program that has shifted nothing so far.
     pub(super) fn ends_no_shift(&self) -> bool {
         let has_zeros = || {
             let named = |address: &Address| self.block.has(*address);
@@ -47,13 +47,13 @@ impl Interpreter {
         self.modal.shifts == 0 && (0..self.block.g_count).all(ends)
     }
 
-    /// A mode beside the work offset: on by its P word, ended by P0.
+    /// A mode beside the work offset. Its P word switches it on, and P0 ends it.
     pub(super) fn set_mode_by_p(&mut self, mode: Transformation) {
         let on = self.block.value(Address::P).map(|p| p.abs() > 0.0);
         self.set_transformation(mode, on);
     }
 
-    /// The work offset of a code, or the one of this number among those of the code.
+    /// The work offset of a code, or the offset with this number among those of the code.
     pub(super) fn select_offset(&mut self, code: OffsetCode, by: Option<Address>) {
         let offset = match by.filter(|address| self.block.has(*address)) {
             Some(address) => self.number_of(address).map(|number| WorkOffset::numbered(code, number)),
@@ -62,7 +62,7 @@ impl Interpreter {
         self.set_work_offset(offset);
     }
 
-    /// The whole number of a word, if it is one.
+    /// The whole number of a word, if it has one.
     pub(super) fn number_of(&self, address: Address) -> Option<u16> {
         let number = self.block.value(address)?;
         let is_whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
@@ -70,7 +70,8 @@ impl Interpreter {
         is_whole.then_some(number as u16)
     }
 
-    /// G51.1 mirrors the axes it names, G50.1 takes it back for those it names; without any, for all.
+    /// G51.1 mirrors the axes that it names. G50.1 takes this back for the axes that it names. Without axes both act
+    /// on all axes.
     pub(super) fn mirror(&mut self, on: bool) {
         let named = match self.block.present & AXES {
             0 => u32::MAX,
@@ -87,7 +88,7 @@ impl Interpreter {
         if offset.is_some() && offset == before {
             return;
         }
-        // Offsets that are stated differ in X Y Z alone: rotary axes stay where they are.
+        // Stated offsets differ only in X Y Z, so the rotary axes stay at their positions.
         let is_stated = |offset: Option<WorkOffset>| {
             offset.is_some_and(|offset| {
                 self.options.work_offsets.of(offset, self.is_only_offset(offset)).is_some()
@@ -103,8 +104,8 @@ impl Interpreter {
         }
     }
 
-    /// Whether this is the offset of the program's first point. What is in force before an ISO program names any is G54; in
-    /// other dialects nobody knows.
+    /// Whether this is the offset of the program's first point. Before an ISO program names an offset, G54 is in
+    /// force. In other dialects the offset is not known.
     pub(super) fn is_only_offset(&self, offset: WorkOffset) -> bool {
         let named = |offset| match offset {
             WorkOffset::Unnamed => self.rules.first_offset.unwrap_or(WorkOffset::Unnamed),
@@ -113,7 +114,7 @@ impl Interpreter {
         self.only_offset.is_none_or(|only| named(only) == named(offset))
     }
 
-    /// The axes stand where the caller says that they do at the start.
+    /// Puts the axes at the start positions that the caller states.
     pub(super) fn stand_at_start(&mut self) {
         for (axis, start) in self.position.axes.iter_mut().zip(self.options.start) {
             *axis = start.or(*axis);

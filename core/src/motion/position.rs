@@ -1,16 +1,16 @@
-//! Where the control is, as far as the text tells. `None` is not known.
+//! The position of the control, as far as the text states it. `None` is an unknown value.
 
 use super::sections::behind;
 use super::{AxisWords, Decimals};
 
-/// Last values of the words that name places, and the digits they were written with.
+/// The last values of the words that name places, and the digits with which they were written.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Position {
-    /// X Y Z \[mm\] and the machine's two rotaries \[deg\].
+    /// X Y Z \[mm\] and the machine's two rotary axes \[deg\].
     pub(super) axes: [Option<f64>; 5],
     /// The letter among A B C that the machine lacks \[deg\].
     pub(super) foreign_deg: Option<f64>,
-    /// The tool axis as a vector, where it is programmed as one.
+    /// The tool axis as a vector, if it is programmed as one.
     pub(super) tool_axis: [Option<f64>; 3],
     /// U V W \[mm\].
     pub(super) contact_mm: [Option<f64>; 3],
@@ -18,7 +18,7 @@ pub(super) struct Position {
     pub(super) normal: [Option<f64>; 3],
     /// E, program units.
     pub(super) extruder: Option<f64>,
-    /// Of X Y Z and the two rotaries.
+    /// Decimals of X Y Z and of the two rotary axes.
     pub(super) decimals: [u8; 5],
     pub(super) contact_decimals: [u8; 3],
     pub(super) extra_decimals: u8,
@@ -68,7 +68,7 @@ impl Position {
         self.forget_tool_axis();
     }
 
-    /// The rotary axes; a vector says where the tool points all the same.
+    /// Forgets the rotary axes. A vector still states the direction of the tool.
     #[inline]
     pub(super) fn forget_rotary_words(&mut self) {
         self.axes[3..].fill(None);
@@ -93,8 +93,8 @@ impl Position {
         self.extruder = None;
     }
 
-    /// Where the control is behind a section of the program that is called here, by what it does to the program's and
-    /// to another state.
+    /// The position of the control after a section of the program that is called here. It follows from the section's
+    /// effect on the program's state and on another state.
     pub(super) fn behind(&self, program: [&Self; 2], stranger: [&Self; 2]) -> Self {
         fn each<const N: usize>(
             caller: [Option<f64>; N],
@@ -118,7 +118,7 @@ impl Position {
         }
     }
 
-    /// What is the same whether a block was executed or skipped.
+    /// The values that are the same whether a block was executed or skipped.
     pub(super) fn common(&self, skipped: &Self) -> Self {
         fn same<const N: usize>(a: [Option<f64>; N], b: [Option<f64>; N]) -> [Option<f64>; N] {
             std::array::from_fn(|i| if a[i] == b[i] { a[i] } else { None })
@@ -134,7 +134,7 @@ impl Position {
         }
     }
 
-    /// Digits of the values that stand.
+    /// Digits of the present values.
     #[inline]
     pub(super) fn modal_decimals(&self) -> Decimals {
         let [x, y, z, first, second] = self.decimals;

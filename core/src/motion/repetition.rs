@@ -1,5 +1,5 @@
-//! Blocks of axis words and nothing else, one after the other, as programs mostly are: each is the motion before to another
-//! place.
+//! Blocks that have only axis words, one after the other. Most programs consist mainly of such blocks. Each repeats
+//! the motion before it to another place.
 
 use super::block_words::{AXES, bit};
 use super::interpreter::Interpreter;
@@ -9,11 +9,11 @@ use super::travel::{CONTACTS, POINTS, VECTOR, VECTORS};
 use super::{ContactWords, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block};
 
-/// Words that leave every mode as it is, a feed apart.
+/// Words that leave every mode unchanged, except the feed.
 const PLAIN: u32 = AXES | CONTACTS | bit(Address::F) | bit(Address::N);
 
 impl Interpreter {
-    /// The motion of a block that is plain: no codes but G0 and G1, or a statement that says no more than they do.
+    /// The motion of a plain block: it has no codes except G0 and G1, or its statement says no more than these codes.
     #[inline]
     pub(super) fn move_plainly(&mut self, index: usize, block: &Block, motions: &mut Vec<Motion>) {
         let motion = self.repeated(index, block, motions.last());
@@ -27,7 +27,8 @@ impl Interpreter {
         }
     }
 
-    /// Whether a block of axis words behind this motion, the last one, says all that its own motion is not like it.
+    /// Whether a block of axis words after this motion, the last one, states every difference between its own motion
+    /// and this one.
     fn can_repeat(&self, motion: &Motion) -> bool {
         let is_straight = matches!(motion.kind, MotionKind::Linear | MotionKind::Rapid);
         let is_followed = if motion.tool_axis.is_some() {
@@ -49,8 +50,8 @@ impl Interpreter {
             && !self.modal.rotary_feed_in_mm
     }
 
-    /// Whether a point of cutter location data goes from one known point and vector to another, and nothing but the vector is
-    /// in the way of following it.
+    /// Whether a point of cutter location data goes from a known point and vector to another, and only the vector
+    /// prevents following it.
     fn is_by_vector(&self, motion: &Motion) -> bool {
         let vector = Some(Unfollowable::ToolVector);
         self.rules.is_of_points
@@ -78,11 +79,11 @@ impl Interpreter {
         if !same_kind || is_odd || !moves || present & !(PLAIN | VECTORS) != 0 {
             return None;
         }
-        // One or two of U V W are no contact.
+        // One or two of U V W are not a contact.
         if !matches!(present & POINTS, 0 | POINTS) {
             return None;
         }
-        // The vector is stated in all blocks or in none, and stands where it did.
+        // All blocks state the vector or none does, and the tool axis is still that of the motion before.
         let vectors = if self.states_vector { VECTORS } else { 0 };
         if present & VECTORS != vectors || self.position.tool_axis() != before.tool_axis {
             return None;
@@ -128,7 +129,7 @@ impl Interpreter {
         AXES & !bit(self.axes.foreign())
     }
 
-    /// Moves the axes to where plain numbers in the sense of G90 say, in a unit that is known.
+    /// Moves the axes to the plain numbers in the sense of G90, in a known unit.
     #[inline]
     fn take_absolute_words(&mut self) {
         let mm_per_unit = self.modal.mm_per_unit.unwrap_or(1.0);
@@ -150,15 +151,15 @@ impl Interpreter {
         self.position.decimals[3..].fill(most_decimals(&self.block));
     }
 
-    /// Whether motions that [repeat](Motion::repeats) the last one would be the same here as where they were read: what
-    /// the control knows beside their words is in that motion.
+    /// Whether motions that [repeat](Motion::repeats) the last one would be the same here as in the place where they
+    /// were read. The last motion holds everything that the control knows besides their words.
     #[must_use]
     pub fn can_pass_over(&self) -> bool {
         self.repeats && !self.has_ended() && !self.sections.is_passing()
     }
 
-    /// Goes on behind repeating motions that were not read. All of them state a feed or none, and a contact of the same
-    /// kind.
+    /// Continues after repeating motions that were not read. Either all of them state a feed or none does, and all
+    /// have a contact of the same kind.
     pub fn pass_over(&mut self, motions: &[Motion]) {
         let Some(last) = motions.last() else { return };
         if self.rules.has_sections {
@@ -191,7 +192,8 @@ mod tests {
     use crate::motion::InterpreterOptions;
     use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
-    /// The motions of a text, read in one batch, or line by line so that none has one before it to repeat.
+    /// The motions of a text. The text is read in one batch, or line by line so that no motion has a motion before it
+    /// to repeat.
     fn motions(dialect: Dialect, text: &str, line_by_line: bool) -> Vec<Motion> {
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
@@ -216,7 +218,7 @@ mod tests {
         all
     }
 
-    /// Lines that mostly repeat, and what stands between such lines.
+    /// Lines that mostly repeat, and other lines between them.
     fn line() -> impl Strategy<Value = String> {
         let word =
             (prop::sample::select(vec!["X", "Y", "Z", "A", "C", "U", "V", "W"]), -900_i32..900, 0_usize..4)
@@ -291,7 +293,8 @@ mod tests {
         prop_oneof![6 => plain, 2 => feed, 3 => other.prop_map(str::to_owned)]
     }
 
-    /// The same of conversational programs, with statements that run on and such that change the one before them.
+    /// Lines of conversational programs, with statements that continue and with statements that change the one before
+    /// them.
     fn conversational_line() -> impl Strategy<Value = String> {
         let words = ["X", " Y", "z", "\tA", "C", "X", "Y", "Z"];
         let word = (prop::sample::select(words.to_vec()), -900_i32..900, 0_usize..4)
@@ -329,7 +332,7 @@ mod tests {
         prop_oneof![7 => plain, 2 => feed, 2 => longer, 2 => prop::sample::select(other).prop_map(str::to_owned)]
     }
 
-    /// The same of cutter location data.
+    /// Lines of cutter location data.
     fn cutter_location_line() -> impl Strategy<Value = String> {
         let numbers = |count: usize| {
             prop::collection::vec((-900_i32..900, 0_usize..4), count).prop_map(|numbers| {
@@ -357,7 +360,7 @@ mod tests {
         prop_oneof![5 => points(6), 4 => points(3), 1 => broken, 1 => touching, 1 => longer, 2 => prop::sample::select(other).prop_map(str::to_owned)]
     }
 
-    /// Where both ways begin: behind a first motion of the dialect.
+    /// The start of both ways: after a first motion of the dialect.
     fn in_dialect() -> impl Strategy<Value = (Dialect, &'static str, Vec<String>)> {
         let iso = "G0 X0 Y0 Z0 A0 C0\nG1 F100 X1.";
         let conversational = "BEGIN PGM P MM\nL X+0 Y+0 Z+0 A+0 C+0 R0 F100\nL X+1";
@@ -381,8 +384,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(1000))]
 
-        /// The short way for blocks that repeat makes the motions of the long way, whatever stands between them: on this
-        /// rests that copied blocks need not be read a second time.
+        /// The short way for repeating blocks makes the same motions as the long way, whatever is between them.
+        /// Because of this law, copied blocks need not be read a second time.
         #[test]
         fn a_repeated_motion_is_the_motion_that_the_long_way_makes(
             (dialect, head, lines) in in_dialect(),

@@ -1,8 +1,9 @@
 //! Labelled sections of a program that are called from elsewhere.
 //!
-//! A label alone is harmless. A section that was passed before it is called has been followed already, so what a call of
-//! it sets is known if nothing in it depends on where it is called from: a second control, which knows nothing at the
-//! label, runs along. A section with motions that were followed cannot be called as well: such a program is refused.
+//! A label alone is harmless. If a section was passed before it is called, it has already been followed. The effect of
+//! its call is known if nothing in it depends on the place of the call. To find out, a second control that knows
+//! nothing at the label runs along. A section with motions that were followed cannot also be called: such a program is
+//! refused.
 
 use super::execute::Action;
 use super::interpreter::Interpreter;
@@ -11,25 +12,26 @@ use super::position::Position;
 use super::{CalledTool, Motion, Spindle, Unfollowable};
 use crate::program::{Address, Batch, Block, Diagnostics};
 
-/// Most labels told apart.
+/// The most labels that are distinguished.
 const MAX_SECTIONS: usize = 1024;
-/// Most blocks of a section whose effect is worked out.
+/// The most blocks of a section whose effect is computed.
 const MAX_BLOCKS: u32 = 1000;
 
-/// What a control knows.
+/// Everything that a control knows.
 type State = (Modal, Position);
 
-/// A section of the program that was passed.
+/// A section of the program that the control has passed.
 #[derive(Debug, Clone)]
 struct Section {
     label: u64,
-    /// Motions followed before it, and before its end if that was passed.
+    /// Motions followed before the section, and before its end if the end was passed.
     followed: u64,
     followed_at_end: Option<u64>,
     effect: Option<Effect>,
 }
 
-/// What a section does: the states at its ends, of the control that runs the program, and of one that knows nothing.
+/// The effect of a section: the states at its start and end, of the control that runs the program and of a control
+/// that knows nothing.
 #[derive(Debug, Clone)]
 struct Effect {
     program: [State; 2],
@@ -50,19 +52,19 @@ struct Passing {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Sections {
     passed: Vec<Section>,
-    /// Labels called before they were passed.
+    /// Labels that were called before they were passed.
     called: Vec<u64>,
-    /// A call by a parameter, or more labels than are told apart: any may be meant.
+    /// A parameter called a label, or there are more labels than are distinguished. So any label may be meant.
     any_called: bool,
     passing: Option<Passing>,
-    /// The text is a section that was called before.
+    /// The text belongs to a section that was called before.
     pub(super) is_called_text: bool,
     /// Motions that were followed so far.
     followed: u64,
 }
 
 impl Sections {
-    /// Whether a section is being passed that may be called.
+    /// Whether a section that may be called is being passed.
     pub(super) fn is_passing(&self) -> bool {
         self.passing.is_some()
     }
@@ -95,7 +97,7 @@ impl Interpreter {
 
     pub(super) fn pass_label(&mut self) {
         if self.is_stranger {
-            // A section within a section: it may be entered here as well.
+            // A section within a section: a call may also enter it here.
             return self.forget_all();
         }
         let label = self.block.value(Address::P).map(f64::to_bits);
@@ -181,7 +183,7 @@ impl Interpreter {
         Some(Action::Odd(Unfollowable::Call))
     }
 
-    /// What the control knows behind the call of a section that was passed.
+    /// Applies the effect of calling a section that was passed.
     pub(super) fn apply_section(&mut self, index: usize) {
         let effect = self.sections.passed.get(index).and_then(|section| section.effect.clone());
         match effect {
@@ -195,7 +197,7 @@ impl Interpreter {
     }
 }
 
-/// A value that may be lost.
+/// A value that may become unknown.
 pub(super) trait Knowable: PartialEq + Copy {
     /// Whether it is known.
     fn is_known(&self) -> bool;
@@ -237,8 +239,9 @@ impl Knowable for u32 {
     }
 }
 
-/// The value behind a section: the caller's where the section leaves it alone, else what it sets whatever was before.
-/// A value that the program did not know before it may have been lost in it.
+/// The value after a section. If the section leaves the value unchanged, it is the caller's value; otherwise it is the
+/// value that the section sets whatever was before. If the program did not know the value before the section, the
+/// section may have lost it.
 pub(super) fn behind<T: Knowable>(caller: T, program: [T; 2], stranger: [T; 2]) -> T {
     let left_alone = program[0].is_known() && program[0] == program[1] && stranger[0] == stranger[1];
     if left_alone { caller } else { stranger[1] }

@@ -1,4 +1,4 @@
-//! What Sinumerik blocks do besides: tools and their edges, the programmable frame.
+//! Further effects of Sinumerik blocks: tools and their edges, the programmable frame.
 
 use super::block_words::{AXES, bit};
 use super::interpreter::Interpreter;
@@ -12,8 +12,8 @@ const FRAMES: [Transformation; 3] =
     [Transformation::Rotation, Transformation::Scaling, Transformation::Mirror];
 
 impl Interpreter {
-    /// T and D: another tool or another edge is another length, so that the tip stands elsewhere. D takes effect with
-    /// its own block.
+    /// T and D: another tool or another edge has another length, so the tip is elsewhere. D takes effect with its own
+    /// block.
     #[inline]
     pub(super) fn take_tool_words(&mut self, may_be_skipped: bool) {
         if self.block.present & (bit(Address::T) | bit(Address::D)) == 0 {
@@ -35,8 +35,8 @@ impl Interpreter {
         }
     }
 
-    /// TRANS, ROT, SCALE, MIRROR. Without `added` they come in place of the whole programmable frame; without words
-    /// there is none any more.
+    /// TRANS, ROT, SCALE, MIRROR. Without `added` they replace the whole programmable frame. Without words they remove
+    /// the frame.
     pub(super) fn program_frame(&mut self, frame: ProgramFrame, added: bool) {
         let has_angle = self.block.g_codes().contains(&Code::Keyword(Keyword::PlaneAngle));
         let has_words = self.block.present & AXES != 0 || has_angle;
@@ -57,8 +57,8 @@ impl Interpreter {
         }
     }
 
-    /// ATRANS with the words of the block. Behind a rotation, a scale or a mirror the offset counts along its axes:
-    /// then it is not known.
+    /// ATRANS with the words of the block. After a rotation, a scale or a mirror the offset counts along the changed
+    /// axes. It is not known then.
     fn add_offset(&mut self) {
         let is_straight =
             FRAMES.iter().all(|&which| self.modal.transformations.get(which as usize) == Some(&Some(false)));
@@ -79,8 +79,8 @@ impl Interpreter {
         self.offset_by(offset);
     }
 
-    /// Another programmable offset. Whether the axes stand by their places in the machine or by their words is a
-    /// setting of the control that shows in incremental words: no linear place is known that has moved.
+    /// Sets another programmable offset. A setting of the control decides whether the axes keep their machine
+    /// positions or their words, and this shows in incremental words. So no linear position that has moved is known.
     fn offset_by(&mut self, offset_mm: Option<[f64; 3]>) {
         if offset_mm.is_none() {
             self.position.forget_axes();

@@ -1,4 +1,4 @@
-//! Which tool is in the spindle, as far as the program says.
+//! Which tool is in the spindle, as far as the program states it.
 
 use std::fmt;
 
@@ -11,22 +11,22 @@ use crate::units::Length;
 const TOOL_CHANGE: Code = Code::M(60);
 /// M61: Q is the number of the tool that is in the spindle.
 const TOOL_SET: Code = Code::M(610);
-/// The edge that counts where no D is written, and D0, which takes its lengths off.
+/// The edge that holds if no D is written, and D0, which removes its lengths.
 const FIRST_EDGES: [f64; 2] = [1.0, 0.0];
 
-/// The name of a tool: 64 bytes at most, told apart without regard to case.
+/// The name of a tool: at most 64 bytes, compared without regard to case.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ToolName {
-    /// In upper case; zeros behind its end.
+    /// In upper case, filled with zeros after its end.
     bytes: [u8; Self::MAX_BYTES],
     length: u8,
 }
 
 impl ToolName {
-    /// Longest name.
+    /// The longest name.
     pub const MAX_BYTES: usize = 64;
 
-    /// A name; `None` where there is none, or where it is longer than [`Self::MAX_BYTES`].
+    /// A name; `None` if the text is empty or longer than [`Self::MAX_BYTES`].
     #[must_use]
     pub fn new(text: &[u8]) -> Option<Self> {
         let text = text.trim_ascii();
@@ -65,7 +65,7 @@ impl fmt::Display for ToolName {
     }
 }
 
-/// What a tool is called by.
+/// The number or name by which a tool is called.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ToolKey {
     /// The number of its T word.
@@ -82,20 +82,20 @@ impl ToolKey {
 /// The tool in the spindle, as the program called it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CalledTool {
-    /// The one that was there from the start: none was called so far.
+    /// The tool that was in the spindle from the start, because none was called so far.
     #[default]
     NotCalled,
-    /// One that the text does not tell: T is an expression, an edge other than the first, a subprogram that may have changed it.
-    /// With how many there were of these so far: two are not taken for one.
+    /// A tool that the text does not determine: T is an expression, an edge is not the first, or a subprogram may have
+    /// changed it. The number counts such tools so far, so that two of them are not taken for one tool.
     Unknown(u16),
-    /// It was put in (M6, `TOOL CALL`, `LOADTL/`).
+    /// A change put it into the spindle (M6, `TOOL CALL`, `LOADTL/`).
     Changed(ToolKey),
-    /// A T word called it in a Sinumerik program that has had no M6 yet: T may have been the change itself.
+    /// A T word called it in a Sinumerik program that has had no M6 yet, so T may have been the change itself.
     Selected(ToolKey),
 }
 
 impl CalledTool {
-    /// What it was called by.
+    /// The number or name by which the tool was called.
     #[must_use]
     pub const fn key(self) -> Option<ToolKey> {
         match self {
@@ -105,23 +105,23 @@ impl CalledTool {
     }
 }
 
-/// What `CUTTER/` says of the tool that cuts behind it.
+/// The shape that `CUTTER/` states for the tool that cuts after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StatedCutter {
     /// The tool.
     pub tool: CalledTool,
     /// Its diameter.
     pub diameter: Length,
-    /// Its corner radius, where it is stated.
+    /// Its corner radius, if it is stated.
     pub corner_radius: Option<Length>,
-    /// Line of the first motion with it.
+    /// Line of the first motion with the tool.
     pub line: u64,
 }
 
-/// Most of them that are kept.
+/// The most stated cutters that are kept.
 const MAX_STATED: usize = 1000;
 
-/// Names by which tools were called, and what a cutter location program says of them.
+/// The names by which tools were called, and the shapes that a cutter location program states for them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ToolsNamed {
     names: Vec<ToolName>,
@@ -129,7 +129,7 @@ pub(super) struct ToolsNamed {
 }
 
 impl Interpreter {
-    /// Behind a motion of a cutter location program.
+    /// Notes the shape after a motion of a cutter location program.
     #[inline]
     pub(super) fn note_shape(&mut self) {
         let spindle = &mut self.modal.spindle;
@@ -147,7 +147,7 @@ impl Interpreter {
         }
     }
 
-    /// Takes what a block says of tools.
+    /// Takes the words of a block that are about tools.
     pub(super) fn see_tools(&mut self, batch: &Batch, block: &Block) {
         let name = self.modal.spindle.see(batch, block);
         if let Some(name) = name.filter(|name| !self.tools.names.contains(name))
@@ -157,42 +157,43 @@ impl Interpreter {
         }
     }
 
-    /// The names by which tools were called so far, each once; the first 1000.
+    /// The names by which tools were called so far, each once. Only the first 1000 are kept.
     #[must_use]
     pub fn tool_names(&self) -> &[ToolName] {
         &self.tools.names
     }
 
-    /// What `CUTTER/` says of the tools that have cut so far; the first 1000.
+    /// The shapes that `CUTTER/` states for the tools that have cut so far. Only the first 1000 are kept.
     #[must_use]
     pub fn stated_cutters(&self) -> &[StatedCutter] {
         &self.tools.cutters
     }
 }
 
-/// The shape of a cutter as `CUTTER/` states it, in the program's unit.
+/// The shape of a cutter as stated by `CUTTER/`, in the program's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct StatedShape {
-    /// Equal texts have equal ones.
+    /// Equal texts have equal digests.
     digest: u64,
-    /// Diameter and corner radius, where they are plain numbers.
+    /// Diameter and corner radius, if they are plain numbers.
     pub(super) diameter_and_corner: Option<(f64, Option<f64>)>,
 }
 
-/// The spindle along a program: a T word makes a tool ready, M6 puts it in; `TOOL CALL` and `LOADTL/` do both. In a Sinumerik
-/// program that has had no M6 yet, T may be the change itself, and another D is another edge. A `CUTTER/` describes the tool of
-/// the `LOADTL/` beside it; where none stands beside it, another shape is another tool.
+/// The spindle along a program. A T word makes a tool ready, and M6 puts it into the spindle. `TOOL CALL` and
+/// `LOADTL/` do both. In a Sinumerik program that has had no M6 yet, T may be the change itself, and another D is
+/// another edge. A `CUTTER/` describes the tool of the `LOADTL/` next to it. If there is no `LOADTL/` next to it,
+/// another shape is another tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spindle {
-    /// `None`: no tool, or one that is not told.
+    /// `None`: no tool, or a tool that is not known.
     ready: Option<ToolKey>,
     holds: CalledTool,
     has_changer: bool,
     is_other_edge: bool,
-    /// How many tools were not told so far.
+    /// The number of unknown tools so far.
     unknown: u16,
     pub(super) shape: Option<StatedShape>,
-    /// A `LOADTL/` or `CUTTER/` came since the last motion, or nothing moved yet.
+    /// A `LOADTL/` or `CUTTER/` has come since the last motion, or nothing has moved yet.
     pub(super) is_described: bool,
 }
 
@@ -208,7 +209,7 @@ impl Spindle {
         is_described: true,
     };
 
-    /// Nothing is known of it.
+    /// Nothing is known of the spindle.
     pub(super) const UNKNOWN: Self = Self { holds: CalledTool::Unknown(0), ..Self::START };
 
     /// The tool in the spindle.
@@ -227,15 +228,15 @@ impl Spindle {
         self.has_changer
     }
 
-    /// Takes the words of a block, in the order of the program; gives the name that a T word calls a tool by. T counts for an M6
-    /// of its own block wherever it stands; where one stands before the M6 and another one after it, the first is put in and the
-    /// second made ready.
+    /// Takes the words of a block, in the order of the program. Returns the name if a T word calls a tool by name. T
+    /// counts for an M6 of its own block wherever T is in the block. If one T is before the M6 and another after it,
+    /// M6 puts the first tool into the spindle and the second is made ready.
     pub(crate) fn see(&mut self, batch: &Batch, block: &Block) -> Option<ToolName> {
         let rules = MotionRules::of(batch.dialect()).tools;
         let (mut puts_in, mut is_cutter, mut names_tool, mut edge) = (false, false, false, None);
         let mut name = None;
         let (mut sets, mut set, mut has_builders_code, mut calls_another) = (false, None, false, false);
-        // What the T words before an M6 say.
+        // The tool of the T words before an M6.
         let mut named_before = None;
         for word in batch.words(block) {
             match word.address {
@@ -267,7 +268,7 @@ impl Spindle {
             }
         }
         if names_tool || edge.is_some() {
-            // NaN is no first edge.
+            // NaN is not a first edge.
             self.is_other_edge = edge.is_some_and(|edge| !FIRST_EDGES.contains(&edge));
             self.unknown = self.unknown.saturating_add(u16::from(self.is_other_edge));
         }
@@ -275,7 +276,7 @@ impl Spindle {
             let put_in = named_before.unwrap_or(self.ready);
             self.hold(put_in.map(CalledTool::Changed));
             self.is_described = true;
-            // The next change without a T takes what lies ready in the magazine.
+            // The next change without a T takes the tool that is ready in the magazine.
             if named_before.is_none() || self.ready == put_in {
                 self.ready = None;
             }
@@ -284,7 +285,7 @@ impl Spindle {
         } else if names_tool
             && (has_builders_code || (calls_another && rules.second_t_changes && !self.has_changer))
         {
-            // A code of the machine's builder beside T, or a second T where no M6 ever changed a tool.
+            // A code of the machine's builder beside T, or a second T in a program in which no M6 has changed a tool.
             self.hold(None);
         } else if names_tool && rules.t_may_change && !self.has_changer {
             self.hold(self.ready.map(CalledTool::Selected));
@@ -292,7 +293,7 @@ impl Spindle {
         name
     }
 
-    /// This tool, or one that is not told.
+    /// Sets this tool, or a tool that is not known.
     fn hold(&mut self, tool: Option<CalledTool>) {
         if tool.is_none() {
             self.unknown = self.unknown.saturating_add(1);
@@ -322,14 +323,14 @@ impl Spindle {
         }
     }
 
-    /// Behind a call of something that is not read: where a tool was made ready, it may have been put in.
+    /// After a call of a text that is not read: a tool that was made ready may now be in the spindle.
     pub(super) fn pass_call(&mut self) {
         if self.ready.is_some() && self.ready != self.holds.key() {
             self.hold(None);
         }
     }
 
-    /// What is the same whether a block was executed or skipped.
+    /// The values that are the same whether a block was executed or skipped.
     pub(super) fn common(&self, skipped: &Self) -> Self {
         if self == skipped {
             return *self;
@@ -340,13 +341,14 @@ impl Spindle {
     }
 }
 
-/// Whether an M code is one that changes no tool on any control: stops, spindle, coolant, clamps, gears, overrides.
+/// Whether an M code changes no tool on any control: stops, spindle, coolant, clamps, gears, overrides.
 const fn is_known_m(tenths: u32) -> bool {
     let is_whole = tenths.is_multiple_of(10);
     is_whole && matches!(tenths / 10, 0..=14 | 17 | 19 | 29..=30 | 40..=45 | 48..=49 | 88..=89 | 98..=99)
 }
 
-/// What a T word calls a tool by, and the name where it is one; neither where that cannot be told.
+/// The number or digest by which a T word calls a tool, and the name if it has one. Both are `None` if the tool cannot
+/// be determined.
 fn called_by(batch: &Batch, word: &Word) -> (Option<ToolKey>, Option<ToolName>) {
     if let Some(name) = batch.name(word) {
         let name = ToolName::new(name);

@@ -1,5 +1,5 @@
-//! Statement words of conversational and cutter location programs: what they set, and what they say for their own block
-//! only.
+//! Statement words of conversational and cutter location programs: the modes that they set, and their effects on their
+//! own block only.
 
 use super::block_words::{AXES, bit};
 use super::dialect::PlainStatement;
@@ -11,7 +11,7 @@ use super::travel::VECTOR;
 use super::{FeedMode, Unfollowable, WorkOffset};
 use crate::program::Address;
 
-/// What a block says that holds for it alone.
+/// The facts of a block that hold for this block only.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about one block")]
 pub(super) struct ThisBlock {
@@ -21,45 +21,45 @@ pub(super) struct ThisBlock {
     pub(super) runs_cycle: bool,
     /// The program ends here.
     pub(super) ends: bool,
-    /// Its F is no path feed in the program's unit.
+    /// The block's F is not a path feed in the program's unit.
     pub(super) other_feed: bool,
-    /// M129 acts behind the motion.
+    /// M129 acts after the motion.
     pub(super) tcp_off_behind: bool,
-    /// M127 acts behind the motion.
+    /// M127 acts after the motion.
     pub(super) shortest_off_behind: bool,
-    /// Its axis words say where the tool is: no motion.
+    /// The axis words state where the tool is. They are not a motion.
     pub(super) states_position: bool,
-    /// A jump, or a repetition of text that was followed.
+    /// A jump, or a repetition of text that was already followed.
     pub(super) flow: bool,
-    /// The known section that is called, by its index.
+    /// The index of the known section that is called.
     pub(super) section: Option<usize>,
     /// An arc without an end: a full circle.
     pub(super) full_circle: bool,
-    /// An arc about a centre that was stated apart.
+    /// An arc about a centre that a separate statement gave.
     pub(super) about_centre: bool,
-    /// An arc that goes on in the direction of the motion before.
+    /// An arc that continues in the direction of the motion before.
     pub(super) tangent: bool,
-    /// `TURN=`: full circles beside the way to the arc's end.
+    /// `TURN=`: full circles in addition to the path to the arc's end.
     pub(super) further_turns: Option<u16>,
-    /// `TURN=` by what is no whole number, or not known.
+    /// `TURN=` with a value that is not a whole number or is not known.
     pub(super) odd_turns: bool,
-    /// Behind it the linear axes stand somewhere else.
+    /// After the block the linear axes are somewhere else.
     pub(super) forgets_linear: bool,
-    /// Axes move that are not named.
+    /// Axes move that the block does not name.
     pub(super) moves_elsewhere: bool,
-    /// G9: the machine stops at its end.
+    /// G9: the machine stops at the block's end.
     pub(super) exact_stop: bool,
 }
 
-/// Most full circles that an arc runs beside the way to its end.
+/// The most full circles that an arc makes in addition to the path to its end.
 const MAX_FURTHER_TURNS: u16 = 999;
-/// From here on a rotary axis has a shorter way \[deg\].
+/// From this angle on a rotary axis has a shorter way \[deg\].
 const HALF_TURN_DEG: f64 = 180.0;
-/// Directions this near to +Z are +Z \[components\].
+/// Directions this close to +Z are +Z \[components\].
 const SAME_AXIS: f64 = 1e-9;
 
 impl Interpreter {
-    /// The dialect is known: what a program of it starts with.
+    /// The dialect is now known. Sets the modes with which its programs start.
     pub(super) fn begin_dialect(&mut self) {
         self.modal.tool_length = Some(self.rules.tool_length);
         if self.rules.is_of_points {
@@ -71,7 +71,7 @@ impl Interpreter {
         self.find_obstacle();
     }
 
-    /// Before a block's words are looked at. In dialects whose statements name the motion, none is modal.
+    /// Prepares for the words of a block. In dialects whose statements name the motion, no motion is modal.
     #[inline]
     pub(super) fn begin_block(&mut self) {
         self.this_block = ThisBlock::default();
@@ -80,7 +80,7 @@ impl Interpreter {
         }
     }
 
-    /// Whether the block is a line or a point and nothing else; its mode is set then.
+    /// Whether the block is only a line or a point. Its mode is set then.
     #[inline]
     pub(super) fn is_plain_statement(&mut self) -> bool {
         let Some((keyword, statement)) = self.rules.plain_statement else { return false };
@@ -94,7 +94,7 @@ impl Interpreter {
         true
     }
 
-    /// Sets what a statement word sets; gives what else is to be done.
+    /// Sets the mode of a statement word. Returns the other actions of the block.
     pub(super) fn apply_statement(
         &mut self,
         statement: Statement,
@@ -116,7 +116,7 @@ impl Interpreter {
             Statement::RapidHere => {}
             Statement::Corner => *reason = Some(Unfollowable::Corner),
             Statement::Feedrate => {
-                // Systems differ on whether RAPID or a feed behind it holds, and a cut must not become a rapid.
+                // Systems differ on whether RAPID or a feed after it holds. A cut must not become a rapid.
                 if self.modal.next_motion == Some(MotionMode::Rapid) {
                     self.modal.next_motion = None;
                 }
@@ -202,19 +202,19 @@ impl Interpreter {
         self.this_block.odd_turns = turns.is_none();
     }
 
-    /// Cycle 247: another preset.
+    /// Cycle 247: selects another preset.
     fn take_preset(&mut self) {
         let preset = self.number_of(Address::P).map(WorkOffset::Preset);
         self.set_work_offset(preset);
-        // Newer controls take a datum shift back here (mirror, rotation and scaling, too: as long as one of
-        // them is on nothing is followed).
+        // Newer controls cancel a datum shift here. They also cancel mirror, rotation and scaling, but nothing is
+        // followed while one of these is on.
         if self.modal.datum_mm != [Some(0.0); 3] {
             self.set_datum([None; 3]);
         }
         self.position.forget_axes();
     }
 
-    /// `CSYS/`, `MSYS/`: points behind it are those of another set-up, unless it is the same again.
+    /// `CSYS/`, `MSYS/`: the points after it belong to another set-up, unless it names the same system again.
     fn enter_system(&mut self) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
         let system = self.block.value(Address::P).map(|digest| WorkOffset::System(digest as u32));
@@ -227,7 +227,7 @@ impl Interpreter {
         self.modal.work_offset = system;
     }
 
-    /// A feed in a unit of its own; where that is not the program's, its number is not taken.
+    /// A feed with its own unit. If that is not the program's unit, the number is not taken.
     fn feed_unit(&mut self, mode: FeedMode, mm_per_unit: Option<f64>) {
         self.modal.count_feed(Some(mode));
         let differs =
@@ -235,7 +235,7 @@ impl Interpreter {
         self.this_block.other_feed |= differs;
     }
 
-    /// What acts behind the motion.
+    /// Applies the codes that act after the motion.
     pub(super) fn finish_block(&mut self) {
         if self.this_block.forgets_linear || self.this_block.runs_cycle {
             self.position.forget_linear();
@@ -251,14 +251,14 @@ impl Interpreter {
         }
     }
 
-    /// The mode of a GOTO: what RAPID or CIRCLE before it asked for.
+    /// The mode of a GOTO: the mode for which RAPID or CIRCLE before it asked.
     fn point_mode(&mut self) {
         let next = self.modal.next_motion.take();
         let mode = if self.modal.in_cycle { MotionMode::Cycle } else { next.unwrap_or(MotionMode::Linear) };
         self.modal.motion = Some(mode);
         let states_axis = self.block.has(Address::TI);
         if !states_axis && self.modal.axis_stated && !self.modal.multax && !self.is_upright() {
-            // Some systems leave the axis out where it stays, others where it is Z.
+            // If the axis is left out, some systems mean the last axis and others mean Z.
             self.position.forget_tool_axis();
         }
         self.modal.axis_stated |= states_axis;
@@ -275,7 +275,7 @@ impl Interpreter {
         self.modal.axis_stated = false;
     }
 
-    /// Where a vector stated the tool axis it is not known any more.
+    /// Forgets the tool axis if a vector stated it.
     fn forget_stated_axis(&mut self) {
         if self.modal.axis_stated || self.modal.tool_length != Some(ToolLength::Vector) {
             self.position.forget_tool_axis();
@@ -294,14 +294,14 @@ impl Interpreter {
                 _ => value,
             };
         }
-        // A shift of a rotary axis is a turn that is not followed.
+        // A shift of a rotary axis is a rotation that is not followed.
         let turned = [Address::A, Address::B, Address::C].into_iter().any(|address| {
             self.block.has(address) && self.block.value(address).is_none_or(|value| value.abs() > 0.0)
         });
         self.set_datum(if turned { [None; 3] } else { datum });
     }
 
-    /// Cycle 26: an axis is scaled until it is given 1.
+    /// Cycle 26: an axis stays scaled until its factor is 1.
     fn scale_axes(&mut self) {
         let mut scaled = self.modal.scaled_axes;
         if self.block.present & AXES == 0 {
@@ -327,7 +327,7 @@ impl Interpreter {
         self.modal.datum_mm = datum_mm;
     }
 
-    /// Whether a rotary axis would take the shorter way around instead of the way its words say.
+    /// Whether a rotary axis would take the shorter way around, not the way that its words say.
     pub(super) fn takes_other_way(&self, start: Option<[f64; 2]>, end: Option<[f64; 2]>) -> bool {
         let (Some(start), Some(end)) = (start, end) else { return false };
         self.modal.shortest_path

@@ -1,4 +1,4 @@
-//! Odd spellings and modes, one test a habit of programs.
+//! Unusual spellings and modes, one test for each habit of programs.
 
 use super::*;
 use crate::machine::{Machine, Preset};
@@ -33,7 +33,7 @@ pub(super) fn run(text: &str) -> Vec<Motion> {
     run_with(text, InterpreterOptions::in_mm()).0
 }
 
-/// The motions behind a line that makes all five axes known at zero.
+/// The motions after a line that makes all five axes known at zero.
 fn run_from_zero(text: &str) -> Vec<Motion> {
     run(&format!("G0 X0 Y0 Z0 A0 C0\n{text}")).split_off(1)
 }
@@ -116,14 +116,14 @@ fn tool_centre_point_switches_lose_the_linear_axes_but_for_words_of_the_block() 
 fn another_length_behind_the_first_moves_the_tip() {
     let ends =
         |text: &str| -> Vec<bool> { run_from_zero(text).iter().map(|motion| motion.end.is_some()).collect() };
-    // Z is another place until it is stated.
+    // Z is unknown until the program states it.
     assert_eq!(ends("G43 H1 Z5\nH2\nX1\nX2 Z5\nX3\n"), [true, false, true, true]);
     assert_eq!(ends("G43 H1 Z5\nX1 H2\nZ5 H3\n"), [true, false, true]);
     assert_eq!(ends("G43 H1 Z5\nH1\nX1\nH#1\nX2\n"), [true, true, false]);
     assert_eq!(ends("G43 H1 Z5\n/H2\nX1\nZ5\nH2\nX1\n"), [true, false, true, false]);
-    // With a tilted tool every linear axis is.
+    // With a tilted tool every linear axis is unknown.
     assert_eq!(ends("G43.4 H1 X0 Y0 Z5\nH2\nZ5\nX1 Y1\n"), [true, false, true]);
-    // Across another plane than G17 the length may count along another axis.
+    // Outside the plane G17 the length may count along another axis.
     assert_eq!(ends("G18 G43 H1 X0 Y0 Z5\nH2\nZ5\n"), [true, false]);
 }
 
@@ -161,7 +161,7 @@ fn a_start_that_is_stated_is_where_the_axes_stand_until_words_say_otherwise() {
     assert_eq!(end(&motions[0]), [1.0, 2.0, 50.0, 0.0, 0.0]);
     assert!(motions[1].start.is_some());
     let (motions, _) = run_with("G0 X1 Y2\nG55 X1 Y2\n", options);
-    assert!(motions[1].end.is_none(), "nobody states where G55 is");
+    assert!(motions[1].end.is_none(), "the position of G55 is not stated");
 }
 
 #[test]
@@ -270,7 +270,7 @@ fn values_that_cannot_be_seen_leave_the_axis_unknown() {
     assert!(motions[1].end.is_none() && motions[1].unfollowable.is_none());
     assert!(motions[3].start.is_none() && motions[3].end.is_some());
     assert_eq!(motions[4].unfollowable, Some(Unfollowable::Expression { address: Address::Y }));
-    // What the program has set is known.
+    // A value that the program has set is known.
     assert_eq!(end(&run_from_zero("#1 = 5\nX[#1*2]\n")[0])[0], 10.0);
     // A system parameter may be an offset.
     assert!(run_from_zero("#5221 = 1\nX1\n")[0].end.is_none());
@@ -293,7 +293,7 @@ fn blocks_the_operator_can_skip_leave_their_axes_unknown() {
     let motions = run_from_zero("G1 F1\n/X1\nY1\nX2\n/Z0\nX3\n/G91\nX1\n");
     assert_eq!(motions[0].unfollowable, Some(Unfollowable::BlockDelete));
     assert!(motions[1].end.is_none() && motions[2].end.is_some());
-    // Skipped or not, Z is at zero.
+    // Z is at zero whether the block is skipped or not.
     assert!(motions[4].end.is_some());
     assert_eq!(motions[5].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::Distance }));
     assert_eq!(run_from_zero("/M30\nX1\n").len(), 1);
@@ -492,7 +492,7 @@ fn the_extruder_is_relative_in_g91() {
     let seen: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
     assert_eq!(seen, [None, Some(Unfollowable::RelativeExtruder), None, None, None]);
     assert_eq!(motions[1].extra, Some(Extra { start: None, end: 1.0 }));
-    // What it stands at, only an absolute word says.
+    // Only an absolute word states its value.
     assert_eq!(motions[3].extra, Some(Extra { start: None, end: 9.0 }));
     assert_eq!(motions[4].extra, Some(Extra { start: Some(9.0), end: 10.0 }));
 }
@@ -582,7 +582,7 @@ fn a_return_is_one_opaque_motion_of_unknown_ends() {
         let [motion] = own.as_slice() else { panic!("{block}: {own:?}") };
         assert_eq!((motion.kind, motion.start, motion.end), (MotionKind::Opaque, None, None), "{block}");
         assert!(motion.unfollowable.is_some(), "{block}");
-        // Only the operator's choice lets the program go on.
+        // The program continues only if the operator can choose to skip the block.
         assert_eq!(motions.last().unwrap().line == 4, block.starts_with('/'), "{block}");
     }
     let motions = run_from_zero("G1 X1 F100\nM99\n");

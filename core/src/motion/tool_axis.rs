@@ -9,7 +9,7 @@ use crate::program::{Address, Code, Word};
 const VECTOR_CODE: Code = Code::G(435);
 
 impl Interpreter {
-    /// Whether I J K of a block are the tool axis: G43.5 holds, and the motion is no arc.
+    /// Whether I J K of a block are the tool axis: G43.5 is active, and the motion is not an arc.
     #[inline]
     pub(super) fn takes_vector(&self, words: &[Word]) -> bool {
         let is_vector = |word: &Word| word.code() == Some(VECTOR_CODE);

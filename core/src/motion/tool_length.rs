@@ -1,4 +1,4 @@
-//! The tool length group: which length is in force, along which axis, and whether the control follows the tip.
+//! The tool length group: the length in force, its axis, and whether the control follows the tip.
 
 use super::Unfollowable;
 use super::interpreter::Interpreter;
@@ -6,12 +6,12 @@ use super::meaning::Meaning;
 use super::modal::{ToolLength, Transformation};
 use crate::program::Address;
 
-/// Z, across G17.
+/// Z, perpendicular to G17.
 const Z: usize = 2;
 
 impl Interpreter {
-    /// H: behind G43 a bare one puts another length in force, so that the tip stands elsewhere. Where no length is in
-    /// force it changes nothing, but some controls remember it: no more than Z is lost then.
+    /// H. After G43 an H alone puts another length in force, so the tip is elsewhere. If no length is in force, H
+    /// changes nothing, but some controls remember it. Then at most Z becomes unknown.
     #[inline]
     pub(super) fn take_length_word(&mut self, may_be_skipped: bool) {
         if !self.block.has(Address::H) || self.names_offset_by_h() {
@@ -36,7 +36,7 @@ impl Interpreter {
             self.position.forget_tool_axis();
         }
         if self.modal.tool_length == Some(length) {
-            // Another length perhaps, unless nothing but the mode is repeated; H has been looked at.
+            // The length may be another one, unless the code only repeats the mode. H has already been read.
             self.position.axes[Z] = None;
         } else {
             self.position.forget_linear();
@@ -44,7 +44,7 @@ impl Interpreter {
         self.modal.tool_length = Some(length);
     }
 
-    /// TRAORI and TRAFOOF: they also end every other transformation of the kinematics.
+    /// TRAORI and TRAFOOF. They also end every other transformation of the kinematics.
     pub(super) fn switch_tip(&mut self, length: ToolLength) {
         self.transform(Transformation::Cylinder, false);
         if self.modal.tool_length != Some(length) {
@@ -54,7 +54,7 @@ impl Interpreter {
         }
     }
 
-    /// M128, M129, TCPM: positions stay where the state is the same.
+    /// M128, M129, TCPM. Positions stay known if the state does not change.
     pub(super) fn set_tcp(&mut self, on: bool) {
         let wanted = if on { ToolLength::Tcp } else { ToolLength::Plain };
         if self.modal.tool_length != Some(wanted) {
@@ -63,26 +63,26 @@ impl Interpreter {
         }
     }
 
-    /// Which length is in force, and whether the control follows the tip, nobody knows.
+    /// The length in force becomes unknown, and also whether the control follows the tip.
     pub(super) fn lose_tool_length(&mut self) {
         self.modal.tool_length = None;
         self.position.forget_linear();
     }
 
-    /// The tool's length along this axis, or none: G53 to G56 of OSP. H has been looked at. Along X or Y the tool stands
-    /// along that axis.
+    /// G53 to G56 of OSP: the tool's length along this axis, or no length. H has already been read. With a length
+    /// along X or Y the tool points along that axis.
     pub(super) fn take_length_along(&mut self, axis: Option<u8>) {
         self.transform(Transformation::ToolAxis, axis.is_some_and(|axis| usize::from(axis) != Z));
         if axis.is_none() {
             self.modal.length_number = None;
         }
-        // Without a number, which length it is nobody knows.
+        // Without a number the length is not known.
         if self.modal.length_number.is_none() {
             self.other_length();
         }
     }
 
-    /// Why a block with G16 of OSP counts from another place: H0 is the machine's zero.
+    /// The reason why a block with G16 of OSP counts from another place. H0 is the machine's zero.
     pub(super) fn offset_here(&self) -> Unfollowable {
         match self.number_of(Address::H) {
             Some(0) => Unfollowable::MachineCoordinates,
@@ -90,8 +90,9 @@ impl Interpreter {
         }
     }
 
-    /// Another length is in force, or may be: the tip stands elsewhere along the tool, which is Z only without
-    /// tool-centre-point control, and in G17 where the control takes the length across the plane.
+    /// Another length is in force, or may be, so the tip is elsewhere along the tool. This direction is Z only
+    /// without tool-centre-point control. On controls that take the length perpendicular to the plane, it is Z only in
+    /// G17.
     fn other_length(&mut self) {
         let along_z = self.modal.tool_length == Some(ToolLength::Plain) && self.modal.plane == Some(2);
         if along_z {

@@ -1,4 +1,4 @@
-//! Axis words into a motion.
+//! Makes a motion from axis words.
 
 use super::block_words::{AXES, bit};
 use super::interpreter::Interpreter;
@@ -12,7 +12,7 @@ pub(super) const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 pub(super) const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 pub(super) const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
 pub(super) const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
-/// Words of an arc's centre and radius.
+/// Words of the centre and the radius of an arc.
 const I: u32 = 1 << 8;
 const J: u32 = 1 << 9;
 const K: u32 = 1 << 10;
@@ -21,12 +21,12 @@ pub(super) const CENTRE: u32 = I | J | K;
 /// Repetitions of a cycle.
 const L: u32 = 1 << 11;
 pub(super) const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
-/// Words that say where the cutter touches.
+/// Words that state where the cutter touches.
 pub(super) const CONTACTS: u32 = POINTS | NORMALS;
 
 impl Interpreter {
-    /// The end of every block: feed, then the motion its axis words ask for under the present modes. `reason` is
-    /// what the block itself has against being followed.
+    /// The end of every block: the feed, then the motion that its axis words make in the present modes. `reason` is
+    /// the block's own reason against being followed.
     #[inline]
     pub(super) fn move_axes(
         &mut self,
@@ -92,7 +92,7 @@ impl Interpreter {
             motion.contact = self.contact();
         }
         motion.extra = extra;
-        // What the vector is on this machine can be found later, anything else not.
+        // The machine's words for a vector can be found later, but nothing else can.
         let vector = Some(Unfollowable::ToolVector);
         motion.unfollowable =
             reason.or(self.obstacle().filter(|_| self.obstacle() != vector)).or(word_reason);
@@ -115,7 +115,7 @@ impl Interpreter {
         motions.push(motion);
     }
 
-    /// What the words of the block have against being followed.
+    /// The reason against following the block that lies in its words.
     #[inline]
     fn word_reason(&mut self, kind: MotionKind) -> Option<Unfollowable> {
         let block = &self.block;
@@ -164,8 +164,8 @@ impl Interpreter {
         reason
     }
 
-    /// U, V or W where not all three are known: no contact, but an axis beside the five. One that stays where it is does
-    /// no harm.
+    /// U, V or W if not all three are known. It is then not a contact but an axis in addition to the five. An axis
+    /// that does not move has no effect.
     pub(super) fn lone_letter(&self) -> Option<Address> {
         let block = &self.block;
         if block.present & POINTS == 0 {
@@ -185,7 +185,7 @@ impl Interpreter {
         known.find(|(address, at)| moves(*address, *at)).map(|(address, _)| address)
     }
 
-    /// Moves the five axes, and the letter the machine lacks, to where the words say.
+    /// Moves the five axes, and the letter that the machine lacks, to the places that the words state.
     #[inline]
     fn take_axis_words(&mut self) {
         let block = &self.block;
@@ -214,7 +214,7 @@ impl Interpreter {
         }
         let [first, second] = self.axes.rotary();
         if block.present & VECTORS != 0 {
-            // The control turns its rotary axes to the vector.
+            // The control turns its rotary axes according to the vector.
             self.position.tool_axis = VECTOR.map(|address| block.value(address));
             self.position.forget_rotary_words();
             self.position.decimals[3..].fill(most_decimals(block));
@@ -222,12 +222,12 @@ impl Interpreter {
             self.position.forget_tool_axis();
         }
         if block.comma & bit(Address::A) != 0 {
-            // An angle in place of a coordinate: the end is for the control to find.
+            // An angle replaces a coordinate, so the control computes the end.
             self.position.forget_linear();
         }
     }
 
-    /// Takes contact, normal and extruder words; gives the extruder's motion.
+    /// Takes contact, normal and extruder words. Returns the motion of the extruder.
     #[inline]
     pub(super) fn take_other_words(&mut self) -> Option<Extra> {
         let block = &self.block;
@@ -264,14 +264,14 @@ impl Interpreter {
         value.map(|end| Extra { start: start.filter(|_| !relative), end })
     }
 
-    /// M83; or G91, or either of G90 and G91: E follows them on some controls.
+    /// M83, or G91, or an unknown state of G90 and G91. On some controls E follows these codes.
     #[inline]
     fn is_extruder_relative(&self) -> bool {
         self.modal.relative_extruder
             || self.block.is_incremental(Address::E, self.modal.incremental) != Some(false)
     }
 
-    /// Contact words are those of this block, completed from before.
+    /// The contact words of this block, completed from earlier blocks.
     #[inline]
     pub(super) fn contact(&self) -> ContactWords {
         if self.block.present & POINTS != 0 {
@@ -313,7 +313,7 @@ impl Interpreter {
     }
 }
 
-/// Whether F counts along a turn: rotary axes turn at feed, and no tip in W moves that it could count along.
+/// Whether F counts along a turn: rotary axes turn at feed, and no tip moves in W along which F could count.
 fn feeds_a_turn(motion: &Motion) -> bool {
     let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
     let same = |from: &[f64], to: &[f64]| from.iter().zip(to).all(|(from, to)| (to - from).abs() <= 0.0);

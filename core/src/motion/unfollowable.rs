@@ -1,4 +1,4 @@
-//! Why a motion has to be left alone.
+//! Why a motion has to be left unchanged.
 
 use thiserror::Error;
 
@@ -42,35 +42,35 @@ impl ModalGroup {
     }
 }
 
-/// Why a motion is left as it is.
+/// Why a motion is left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Unfollowable {
     /// A modal group is unknown.
-    #[error("the state of {} is not known here", group.codes())]
+    #[error("the state of {} is not known here; state it again before this motion", group.codes())]
     ModeUnknown {
-        /// Which.
+        /// The group.
         group: ModalGroup,
     },
     /// The value of a word is an expression or a parameter.
-    #[error("the value of {address} is an expression or a parameter")]
+    #[error("the value of {address} is an expression or a parameter; write a number")]
     Expression {
-        /// Which word.
+        /// Address of the word.
         address: Address,
     },
-    /// Two words of the same address.
-    #[error("{address} stands twice in the block")]
+    /// The block has two words of the same address.
+    #[error("the block has {address} twice; keep only the word that is meant")]
     RepeatedAddress {
-        /// Which address.
+        /// The repeated address.
         address: Address,
     },
-    /// An axis word for an axis the machine does not have, whose value changes.
+    /// A word of an axis that the machine does not have, whose value changes.
     #[error("the machine has no axis {address}")]
     NoSuchAxis {
-        /// The word.
+        /// Address of the word.
         address: Address,
     },
     /// A `/` block, which the operator may have skipped.
-    #[error("the block can be skipped by the operator")]
+    #[error("the operator can skip the block")]
     BlockDelete,
     /// Cutter radius compensation.
     #[error("cutter radius compensation is active")]
@@ -81,31 +81,34 @@ pub enum Unfollowable {
     /// Rotation, scaling, mirror, polar words, cylinder or diameter mode.
     #[error("a coordinate transformation is active")]
     Transformation,
-    /// `TRAORI(2)`: another transformation of the control than the first one.
+    /// `TRAORI(2)`: a transformation of the control other than its first one.
     #[error(
-        "TRAORI names a second transformation or another basic orientation of the control, and the profile describes the first one alone"
+        "TRAORI selects a second transformation or another basic orientation, but the profile describes only the first transformation of the control"
     )]
     OtherTransformation,
     /// G43.5: the tool axis is given as a vector.
     #[error("the tool axis is programmed as a vector")]
     ToolVector,
-    /// M428, M429, M430: codes of a machine's builder, whose meaning is not in the text; M138 of conversational programs.
+    /// M428, M429, M430: codes of the machine's builder, whose meaning is not in the text. M138 of conversational
+    /// programs.
     #[error("an M code switches the kinematics; state the interpolation")]
     KinematicsSwitched,
-    /// I J K in a straight motion.
-    #[error("{address} stands in a straight motion")]
+    /// I, J or K in a straight motion.
+    #[error("a straight motion has the word {address}")]
     VectorWord {
-        /// The word.
+        /// Address of the word.
         address: Address,
     },
-    /// `,R` `,C` `,A` or R: the corner to the next block is changed by the control.
-    #[error("the control changes the corner next to this motion, or what follows goes on in its direction")]
+    /// `,R` `,C` `,A` or R: the control changes the corner to the next block.
+    #[error(
+        "the control changes the corner next to this motion, or the next motion continues in its direction"
+    )]
     Corner,
     /// G53.
     #[error("the motion is in machine coordinates")]
     MachineCoordinates,
     /// G16 of OSP.
-    #[error("G16 selects another work offset for this block alone")]
+    #[error("G16 selects another work offset for this block only")]
     OffsetHere,
     /// A canned cycle.
     #[error("a canned cycle is active")]
@@ -119,19 +122,19 @@ pub enum Unfollowable {
     /// Probing and skip.
     #[error("the motion is a probing move")]
     Probing,
-    /// G28, G30 and their kin.
+    /// G28, G30 and similar codes.
     #[error("the motion goes to a reference position")]
     Reference,
     /// A subprogram or macro call.
     #[error("a subprogram or macro is called")]
     Call,
-    /// M99: the block ends a subprogram, or begins the program again.
+    /// M99: the block ends a subprogram, or starts the program again.
     #[error("the block returns from a subprogram")]
     Return,
-    /// A G code that is not known, or not as motion.
+    /// A G code that is not known, or not known as a motion.
     #[error("a code in the block is not known")]
     UnknownCode,
-    /// A modal macro (G66) is called at every motion.
+    /// A modal macro (G66) runs at every motion.
     #[error("a macro is called at every motion")]
     ModalCall,
     /// U V W in G91.
@@ -141,23 +144,22 @@ pub enum Unfollowable {
     #[error("the extruder word counts from the block before")]
     RelativeExtruder,
     /// Polar coordinates, tangent arcs, roundings, approaches, free contours, motions along surfaces.
-    #[error("the control works out where this motion ends")]
+    #[error("the control computes where this motion ends")]
     ContourElement,
-    /// The text is a section that is called from elsewhere as well.
-    #[error("the block stands in a section that is called from elsewhere")]
+    /// The text is a section that is also called from elsewhere.
+    #[error("the block is in a section that is called from elsewhere in the program")]
     CalledText,
-    /// M126 and a turn by half a turn or more.
-    #[error("a rotary axis takes the shorter way around, not the one its words say")]
+    /// M126, and a turn by half a turn or more.
+    #[error("a rotary axis takes the shorter way around, not the way that its words say")]
     ShortestPath,
-    /// M116 and a turn at feed.
-    #[error(
-        "F counts along the turn of a rotary axis in millimetres, at a radius that the text does not tell"
-    )]
+    /// M116, and a turn at feed.
+    #[error("F counts millimetres along the turn of a rotary axis, at a radius that the text does not state")]
     RotaryFeed,
-    /// A word that moves the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`, `POS[X]=`.
-    #[error("a word of the block changes the motion in a way that is not followed")]
+    /// A word that changes the block's end, its course or other axes in a way that is not followed: `AP=`, `FB=`,
+    /// `POS[X]=`.
+    #[error("a word of the block changes the motion in a way that the service does not follow")]
     ControlWord,
-    /// Two codes of the motion group, or codes that use the same words, in one block.
+    /// Two codes of the motion group in one block, or two codes that use the same words.
     #[error("two codes of the block use the same words")]
     ConflictingCodes,
 }

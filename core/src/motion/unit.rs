@@ -1,4 +1,4 @@
-//! In which unit a program counts: the text says so, or the caller does, or the program cannot be read.
+//! The unit in which a program counts. The text or the caller states it; otherwise the program is refused.
 
 use super::block_words::{DWELL, bit};
 use super::interpreter::{Interpreter, at_bytes};
@@ -6,31 +6,31 @@ use super::meaning::Meaning;
 use crate::program::{Address, Batch, Block, DiagnosticCode, Diagnostics};
 use crate::units::LengthUnit;
 
-/// Who says in which unit the program counts.
+/// The source of the program's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum UnitFrom {
     /// The program itself, or a table, which counts in millimetres.
     Text,
     /// The caller.
     Caller,
-    /// Nobody so far.
+    /// No source so far.
     Nobody,
-    /// Nobody, and there was a length: the program is refused.
+    /// There was a length without a known unit: the program is refused.
     Refused,
 }
 
-/// The unit of a program so far, beside the modal one.
+/// The unit of a program so far, besides the modal unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ProgramUnit {
     from: UnitFrom,
-    /// The unit that held last, also after a call that may have changed it.
+    /// The last unit that held, also after a call that may have changed it.
     last_mm_per_unit: Option<f64>,
     /// First line where the text states another unit than the caller.
     disagrees_at: Option<u64>,
 }
 
 impl ProgramUnit {
-    /// Whether nobody said so far in which unit the program counts, and no length was met.
+    /// Whether the unit of the program is not known so far and no length has been met.
     #[inline]
     pub(super) fn is_unknown(&self) -> bool {
         self.from == UnitFrom::Nobody
@@ -56,7 +56,7 @@ const LENGTHS: u32 = bit(Address::X)
     | bit(Address::R);
 
 impl Interpreter {
-    /// The dialect is known: the unit that a program of it counts in before it says so itself.
+    /// The dialect is now known. Sets the unit in which its programs count before they state one.
     pub(super) fn begin_unit(&mut self) {
         let (unit, from) = match self.options.unit {
             _ if self.rules.counts_in_mm => (Some(LengthUnit::Millimetre), UnitFrom::Text),
@@ -68,7 +68,7 @@ impl Interpreter {
         self.program_unit.last_mm_per_unit = self.modal.mm_per_unit;
     }
 
-    /// The text states two units at once: the program is refused.
+    /// The text states two units at once, so the program is refused.
     pub(super) fn lose_unit(&mut self) {
         self.modal.void_feed();
         self.modal.mm_per_unit = None;
@@ -91,7 +91,7 @@ impl Interpreter {
         }
     }
 
-    /// Refuses the program where this block has a length and nobody has said what its unit is.
+    /// Refuses the program if this block has a length and no unit has been stated.
     pub(super) fn ask_for_unit(&mut self, batch: &Batch, block: &Block, diagnostics: &mut Diagnostics) {
         let lengths = self.block.present & LENGTHS;
         if lengths == 0 || self.needs_no_unit() {
@@ -107,8 +107,8 @@ impl Interpreter {
         self.find_obstacle();
     }
 
-    /// Whether the block states the unit itself; or dwells, where X is a time; or goes to a place of the machine by zeros
-    /// (`G91 G28 Z0`), which are the same in every unit.
+    /// Whether the block needs no stated unit. It states the unit itself, or it dwells, where X is a time. Or it goes
+    /// to a place of the machine by zeros (`G91 G28 Z0`), which are the same in every unit.
     fn needs_no_unit(&self) -> bool {
         let meanings = (0..self.block.g_codes().len()).map(|index| self.meaning(index));
         let is_free = |meaning: Meaning| match meaning {
@@ -125,7 +125,8 @@ impl Interpreter {
         lengths & self.block.unknown == 0 && (0..self.block.values.len()).all(is_zero)
     }
 
-    /// The unit that the program counts in, or counted in before a call that may have changed it; `None` where nobody stated one.
+    /// The unit in which the program counts, or counted before a call that may have changed it; `None` if no unit was
+    /// stated.
     #[must_use]
     pub fn unit(&self) -> Option<LengthUnit> {
         let units = [LengthUnit::Millimetre, LengthUnit::Inch];
@@ -133,13 +134,13 @@ impl Interpreter {
         units.into_iter().find(|unit| (unit.mm() - mm_per_unit).abs() <= 0.0)
     }
 
-    /// Whether the program itself says in which unit it counts, or is a table, which counts in millimetres.
+    /// Whether the program itself states its unit, or is a table, which counts in millimetres.
     #[must_use]
     pub fn states_unit(&self) -> bool {
         self.program_unit.from == UnitFrom::Text
     }
 
-    /// First line where the text states another unit than the caller, who then does not count.
+    /// First line in which the text states another unit than the caller. The caller's unit is not used then.
     #[must_use]
     pub fn unit_disagrees_at(&self) -> Option<u64> {
         self.program_unit.disagrees_at

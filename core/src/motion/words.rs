@@ -1,4 +1,4 @@
-//! Axis, contact and extra words with their values, and the decimals they are written with.
+//! Axis, contact and extra words with their values, and the decimals with which they are written.
 
 /// The five axis words of one point of a program: NC words, not kinematic angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +12,7 @@ pub struct AxisWords {
 /// What the program says about the cutter contact at the end of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactWords {
-    /// Nothing.
+    /// The program says nothing.
     None,
     /// The contact point, U V W \[mm\], as absolute words. U V W are modal among themselves.
     Point([f64; 3]),
@@ -25,16 +25,16 @@ pub enum ContactWords {
 pub struct Extra {
     /// Value before the motion; `None` if not known.
     pub start: Option<f64>,
-    /// Value behind it.
+    /// Value after the motion.
     pub end: f64,
 }
 
-/// Digits behind the point, by class of word.
+/// Digits after the decimal point, by class of word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Decimals {
     /// X Y Z.
     pub linear: u8,
-    /// The machine's two rotary words, or the tool vector in their place.
+    /// The machine's two rotary words, or the tool vector instead of them.
     pub rotary: u8,
     /// U V W or nx ny nz.
     pub contact: u8,

@@ -1,4 +1,4 @@
-//! Work offsets: their names in programs, and where the caller says they are.
+//! Work offsets: their names in programs, and their positions as the caller states them.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -13,9 +13,9 @@ pub struct OffsetCode {
 impl OffsetCode {
     /// G54.
     const FIRST: Self = Self::new(54, 0);
-    /// G54.1, which means the same as G54 beside a P word.
+    /// G54.1. With a P word it means the same as G54.
     const FIRST_NUMBERED: Self = Self::new(54, 1);
-    /// G15 of some controls, which names the offset by H.
+    /// G15 of some controls. It names the offset by H.
     const BY_H: Self = Self::new(15, 0);
 
     /// `G54.1` by 54 and 1.
@@ -24,7 +24,7 @@ impl OffsetCode {
         Self { whole, tenth }
     }
 
-    /// The code of so many tenths; codes of tables are far below 6553.
+    /// A code in tenths. Codes of tables are far below 6553.
     pub(super) const fn of_tenths(tenths: u32) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "codes of tables are small")]
         let (whole, tenth) = ((tenths / 10) as u16, (tenths % 10) as u8);
@@ -57,7 +57,7 @@ impl fmt::Display for OffsetCode {
 /// A work offset as a program names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum WorkOffset {
-    /// The one in force where the program has named none so far.
+    /// The offset in force while the program has named none.
     Unnamed,
     /// By its G code: `G54`, `G59.1`, `G505`.
     Code(OffsetCode),
@@ -69,16 +69,16 @@ pub enum WorkOffset {
     System(u32),
 }
 
-/// Largest number of a code in a name.
+/// The largest number of a code in a name.
 const MAX_CODE: u16 = 6553;
-/// How presets are named.
+/// The name of presets.
 const PRESET: &str = "PRESET";
 
 impl WorkOffset {
     /// G54.
     pub const G54: Self = Self::Code(OffsetCode::FIRST);
 
-    /// The offset that a G code selects with a number beside it.
+    /// The offset that a G code selects together with a number.
     #[must_use]
     pub fn numbered(code: OffsetCode, number: u16) -> Self {
         Self::Numbered(if code == OffsetCode::FIRST { OffsetCode::FIRST_NUMBERED } else { code }, number)
@@ -90,8 +90,8 @@ impl WorkOffset {
         Self::Numbered(OffsetCode::BY_H, number)
     }
 
-    /// The offset of a name as people write it: `G54`, `G54.1 P3`, `G54.1P3`, `G505`, `G15 H2`, `PRESET 4`. Letters may be small,
-    /// blanks do not count. `None` for any other text.
+    /// The offset of a name as people write it: `G54`, `G54.1 P3`, `G54.1P3`, `G505`, `G15 H2`, `PRESET 4`. Letters
+    /// may be lower case, and blanks do not matter. `None` for any other text.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let text: String =
@@ -113,7 +113,7 @@ impl WorkOffset {
     }
 }
 
-/// A number of digits alone.
+/// A number that consists only of digits.
 fn whole(text: &str) -> Option<u16> {
     if text.is_empty() || !text.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
@@ -135,14 +135,16 @@ impl fmt::Display for WorkOffset {
     }
 }
 
-/// Where the program's zero is on the machine, as far as the caller states it: the origin of W in M at zero pose \[mm\].
+/// The position of the program's zero on the machine, as far as the caller states it: the origin of W in M at zero
+/// pose \[mm\].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WorkOffsets {
-    /// The one of a program that names none or one. Where a program names several it is that of its first point.
+    /// The offset of a program that names no offset or one offset. If a program names several, this is the offset of
+    /// its first point.
     pub only_mm: Option<[f64; 3]>,
-    /// By name, stated for this program: these win over all others.
+    /// Offsets by name, stated for this program. They have priority over all others.
     pub named_mm: BTreeMap<WorkOffset, [f64; 3]>,
-    /// By name, stated for the machine: these come last.
+    /// Offsets by name, stated for the machine. They are used last.
     pub of_machine_mm: BTreeMap<WorkOffset, [f64; 3]>,
 }
 
@@ -153,7 +155,8 @@ impl WorkOffsets {
         Self { only_mm: Some(offset_mm), ..Self::default() }
     }
 
-    /// Where an offset is \[mm\]; `is_only` says that it is the one `only_mm` speaks of. `None` where nobody stated it.
+    /// The position of an offset \[mm\]; `None` if it was not stated. `is_only` says that it is the offset that
+    /// `only_mm` means.
     #[must_use]
     pub fn of(&self, offset: WorkOffset, is_only: bool) -> Option<[f64; 3]> {
         let named = self.named_mm.get(&offset).copied();

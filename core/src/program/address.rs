@@ -59,7 +59,7 @@ impl Address {
         if letter.is_ascii_alphabetic() { Some(Self(letter.to_ascii_uppercase())) } else { None }
     }
 
-    /// For the lexer, which has already seen that `letter` is one.
+    /// For the lexer, which has already checked that `letter` is a letter.
     pub(super) const fn of_letter(letter: u8) -> Self {
         Self(letter & !0x20)
     }
@@ -70,20 +70,19 @@ impl Address {
         if self.0.is_ascii_uppercase() { Some(self.0) } else { None }
     }
 
-    /// A small number of its own for every address, below 32: letters 0–25, `nx ny nz` 26–28, tool axis
-    /// 29–31.
+    /// A small unique number for every address, below 32: letters 0–25, `nx ny nz` 26–28, tool axis 29–31.
     #[must_use]
     pub const fn index(self) -> usize {
         if self.0 >= b'x' { (self.0 - b'x') as usize + 26 } else { (self.0 - b'A') as usize }
     }
 
-    /// Whether words of this address name where to go: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
+    /// Whether words of this address state a place to go to: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
     #[must_use]
     pub const fn is_coordinate(self) -> bool {
         matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'Z' | b'x'..=b'}')
     }
 
-    /// As a column heading or in a message.
+    /// The address as a column heading or in a message.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         const NAMES: [&str; 32] = [

@@ -1,4 +1,4 @@
-//! Blocks and words, as offsets into the text they were written in.
+//! Blocks and words, as offsets into the text in which they were written.
 
 use super::dialect::Dialect;
 use super::{Address, Code, Diagnostic, Keyword};
@@ -6,7 +6,7 @@ use super::{Address, Code, Diagnostic, Keyword};
 /// How the value of a word is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WordForm {
-    /// A plain number, meant in the modal sense of the block (G90 or G91).
+    /// A plain number, in the modal sense of the block (G90 or G91).
     Number,
     /// A number that is absolute whatever the modal sense: `AC(…)`.
     Absolute,
@@ -14,12 +14,11 @@ pub enum WordForm {
     Incremental,
     /// A plain number after a comma: `,R2`, `,C1`, `,A30`.
     Comma,
-    /// An expression whose value is fixed at this block; meant in the modal sense of the block.
+    /// An expression whose value is fixed at this block, in the modal sense of the block.
     Evaluated,
-    /// An expression, parameter or function; the value is not known and reads 0.
+    /// An expression, parameter or function with an unknown value, which reads as 0.
     Expression,
-    /// A name in place of a number: `T="BALL_10"`, `O<POCKET>`; the value reads 0, the name is
-    /// [`Batch::name`].
+    /// A name instead of a number: `T="BALL_10"`, `O<POCKET>`. The value reads as 0; the name is [`Batch::name`].
     Name,
     /// A statement word, `TRAORI` or `FMAX`: address G, the value is the number of its [`Keyword`].
     Keyword,
@@ -28,17 +27,17 @@ pub enum WordForm {
 /// One word of a block: address and value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Word {
-    /// The value in the program's own unit: the f64 nearest to the decimal written; −0 reads 0.
+    /// The value in the program's own unit: the f64 nearest to the written decimal. −0 reads as 0.
     pub value: f64,
     /// First byte of the word in the batch's text.
     pub start: u32,
-    /// One past its last byte.
+    /// One after its last byte.
     pub end: u32,
     /// Its address.
     pub address: Address,
-    /// Bytes from `start` to where its value begins as written: 1 in `X10`, 2 in `X=10`, 0 for a bare number.
+    /// Bytes from `start` to the beginning of the written value: 1 in `X10`, 2 in `X=10`, 0 for a bare number.
     pub lead: u8,
-    /// Digits written after the point.
+    /// Digits after the decimal point, as written.
     pub decimals: u8,
     /// How the value is written.
     pub form: WordForm,
@@ -61,7 +60,7 @@ impl Word {
         }
     }
 
-    /// The statement word that this is, if it is one.
+    /// The statement word, if this is one.
     #[must_use]
     pub fn keyword(&self) -> Option<Keyword> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
@@ -69,7 +68,7 @@ impl Word {
         (self.form == WordForm::Keyword).then(|| Keyword::of_number(number)).flatten()
     }
 
-    /// Whether its value is known: a number, however it is written, and no statement.
+    /// Whether its value is known: a number in any notation, and not a statement.
     #[must_use]
     pub const fn is_known(&self) -> bool {
         matches!(
@@ -78,7 +77,7 @@ impl Word {
         )
     }
 
-    /// What it says as a G word, an M word or a statement word; `None` for other words, and where its number is no
+    /// The word's code as a G word, an M word or a statement word; `None` for other words, and if its number is not a
     /// [code](Self::code_tenths).
     #[must_use]
     #[inline]
@@ -93,8 +92,8 @@ impl Word {
         }
     }
 
-    /// A G or M number in tenths (`G43.4` is 434, `M6` is 60); `None` where it is not a plain number with at most
-    /// one decimal that counts, or not below 100 000.
+    /// A G or M number in tenths (`G43.4` is 434, `M6` is 60); `None` if it is not a plain number, has more than one
+    /// significant decimal, or is not below 100 000.
     #[must_use]
     pub fn code_tenths(&self) -> Option<u32> {
         let tenths = self.value * 10.0;
@@ -111,7 +110,7 @@ impl Word {
     }
 }
 
-/// What a line of the upload is.
+/// The kind of a line of the upload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BlockKind {
     /// Words to be executed, possibly with comments and assignments.
@@ -122,7 +121,7 @@ pub enum BlockKind {
     Comment,
     /// The tape mark `%`.
     Percent,
-    /// Text before the program proper: a listing's banner.
+    /// Text before the actual program: a listing's banner.
     Banner,
     /// The header row of a CSV program.
     Header,
@@ -134,7 +133,7 @@ pub enum BlockKind {
     Flow,
     /// Text of a template language (`{BEGIN}`), not of a control.
     Template,
-    /// Cannot be read; the batch holds a diagnostic that says where and why.
+    /// A line that cannot be read. The batch has a diagnostic with the reason and the place.
     Malformed,
 }
 
@@ -143,19 +142,19 @@ pub enum BlockKind {
 pub struct BlockFlags(u8);
 
 impl BlockFlags {
-    /// `/`: skipped when the operator wants it.
+    /// `/`: the operator can skip the block.
     pub const DELETE: Self = Self(1);
-    /// An address other than G, M and N stands twice.
+    /// The block has an address other than G, M and N twice.
     pub const REPEATED: Self = Self(2);
-    /// Sets a parameter.
+    /// The block sets a parameter.
     pub const ASSIGNS: Self = Self(4);
-    /// Sets a system parameter (or one that cannot be told), which may change offsets.
+    /// The block sets a system parameter, or perhaps sets one. This may change offsets.
     pub const ASSIGNS_SYSTEM: Self = Self(8);
-    /// Has a word whose value is an expression or a parameter.
+    /// The block has a word whose value is an expression or a parameter.
     pub const EXPRESSION: Self = Self(16);
-    /// Has a comment.
+    /// The block has a comment.
     pub const COMMENT: Self = Self(32);
-    /// Has a word after a comma.
+    /// The block has a word after a comma.
     pub const COMMA: Self = Self(64);
 
     /// Whether all of `other` are set.
@@ -164,7 +163,7 @@ impl BlockFlags {
         self.0 & other.0 == other.0
     }
 
-    /// Whether none is set but perhaps `COMMENT`.
+    /// Whether no flag is set except perhaps `COMMENT`.
     #[must_use]
     pub const fn is_plain(self) -> bool {
         self.0 & !Self::COMMENT.0 == 0
@@ -186,50 +185,50 @@ pub struct Block {
     pub line: u64,
     /// First byte in the batch's text.
     pub start: u32,
-    /// One past the last byte before the line ending.
+    /// One after the last byte before the line ending.
     pub body_end: u32,
-    /// One past the last byte, line ending included: where the next block starts.
+    /// One after the last byte, line ending included. The next block starts here.
     pub end: u32,
     /// Index of its first word among the batch's words.
     pub words_start: u32,
-    /// One past its last word.
+    /// One after its last word.
     pub words_end: u32,
-    /// What the line is.
+    /// The kind of the line.
     pub kind: BlockKind,
-    /// What else there is to it.
+    /// Further facts about the block.
     pub flags: BlockFlags,
 }
 
 impl Block {
-    /// Whether it counts as a block: not empty, not only a comment, not the header of a table.
+    /// Whether it counts as a block: it is not empty, not only a comment and not the header of a table.
     #[must_use]
     pub fn counts(&self) -> bool {
         !matches!(self.kind, BlockKind::Blank | BlockKind::Comment | BlockKind::Header)
     }
 }
 
-/// How the program so far is written, for blocks that have to be made.
+/// The style of the program so far, for blocks that have to be made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent habits")]
 pub(super) struct Habits {
-    /// Some number below one was written without its zero: `.5`.
+    /// A number below one was written without its zero: `.5`.
     pub(super) drops_zero: bool,
-    /// Some number was written with a point.
+    /// A number was written with a point.
     pub(super) points: bool,
-    /// Some number was written with a plus sign.
+    /// A number was written with a plus sign.
     pub(super) plus_signs: bool,
-    /// How the last feed statement of a cutter location program was written before this batch.
+    /// The style of the last feed statement of a cutter location program before this batch.
     pub(super) feed_before: FeedStatement,
-    /// Some number was written with a decimal comma.
+    /// A number was written with a decimal comma.
     pub(super) decimal_comma: bool,
     /// How lines end.
     pub(super) line_ending: LineEnding,
 }
 
-/// How a `FEDRAT/` is written.
+/// The style of a `FEDRAT/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FeedStatement {
-    /// `MMPM` and its kin.
+    /// `MMPM` and similar words.
     pub(super) unit: Option<Keyword>,
     /// `FEDRAT/MMPM,100.`
     pub(super) unit_first: bool,
@@ -238,7 +237,7 @@ pub(super) struct FeedStatement {
 }
 
 impl FeedStatement {
-    /// How this block writes a feed, if it is such a statement.
+    /// The style in which this block writes a feed, if it is such a statement.
     pub(super) fn of(batch: &Batch, block: &Block) -> Option<Self> {
         let words = batch.words(block);
         let [head, behind @ ..] = words else { return None };
@@ -255,12 +254,12 @@ impl FeedStatement {
 /// How lines end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum LineEnding {
-    /// LF, also where no line has ended yet.
+    /// LF, also if no line has ended yet.
     #[default]
     Lf,
     /// CR LF.
     CrLf,
-    /// CR alone.
+    /// CR only.
     Cr,
 }
 
@@ -305,7 +304,7 @@ impl Default for Batch {
 }
 
 impl Batch {
-    /// An empty batch, to be filled by [`super::Reader::next_batch`] again and again.
+    /// An empty batch. [`super::Reader::next_batch`] can fill it again and again.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -323,7 +322,7 @@ impl Batch {
         &self.blocks
     }
 
-    /// The words of one of its blocks, in the order written; none for a block that could not be read.
+    /// The words of one of its blocks, in the order written; empty for a block that could not be read.
     #[must_use]
     pub fn words(&self, block: &Block) -> &[Word] {
         self.words.get(block.words_start as usize..block.words_end as usize).unwrap_or_default()
@@ -335,7 +334,7 @@ impl Batch {
         self.text.get(block.start as usize..block.end as usize).unwrap_or_default()
     }
 
-    /// The bytes from block `first` to block `last` (excluded), to be copied as they are.
+    /// The bytes from block `first` to block `last` (excluded), to be copied unchanged.
     #[must_use]
     pub fn blocks_text(&self, first: usize, last: usize) -> &[u8] {
         let from = self.blocks.get(first).map_or(self.text.len(), |block| block.start as usize);
@@ -349,7 +348,7 @@ impl Batch {
         self.text.get(word.start as usize..word.end as usize).unwrap_or_default()
     }
 
-    /// The name that one of its words has in place of a number, without its quotation marks or angle brackets.
+    /// The name that one of its words has instead of a number, without its quotation marks or angle brackets.
     #[must_use]
     pub fn name(&self, word: &Word) -> Option<&[u8]> {
         if word.form != WordForm::Name {
@@ -362,7 +361,7 @@ impl Batch {
         Some(text)
     }
 
-    /// Takes I J K of one of its blocks as what they are under G43.5: components of the tool axis.
+    /// Takes I J K of one of its blocks as components of the tool axis, as under G43.5.
     pub(crate) fn name_tool_axis(&mut self, block: &Block) {
         let words = self.words.get_mut(block.words_start as usize..block.words_end as usize);
         for word in words.into_iter().flatten().filter(|word| word.form != WordForm::Comma) {
@@ -375,19 +374,19 @@ impl Batch {
         }
     }
 
-    /// What could not be read, in the order of the text.
+    /// The diagnostics of text that could not be read, in the order of the text.
     #[must_use]
     pub fn faults(&self) -> &[Diagnostic] {
         &self.faults
     }
 
-    /// Where the first byte of the text stands in the upload, counted from 0.
+    /// The position of the text's first byte in the upload, counted from 0.
     #[must_use]
     pub fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// The dialect in which it was read.
+    /// The dialect in which the batch was read.
     #[must_use]
     pub fn dialect(&self) -> Dialect {
         self.dialect
@@ -399,13 +398,13 @@ impl Batch {
         &self.columns
     }
 
-    /// What stands between the columns of a CSV program.
+    /// The separator between the columns of a CSV program.
     #[must_use]
     pub fn separator(&self) -> u8 {
         self.separator
     }
 
-    /// Notes how the first line that has an ending ends.
+    /// Notes the line ending of the first line that has one.
     pub(super) fn note_line_ending(&mut self) {
         if let Some(block) = self.blocks.iter().find(|block| block.end > block.body_end) {
             self.habits.line_ending = match self.text.get(block.body_end as usize..block.end as usize) {
@@ -416,7 +415,7 @@ impl Batch {
         }
     }
 
-    /// Drops its blocks; memory is kept.
+    /// Removes its blocks and keeps the memory.
     pub(crate) fn clear(&mut self) {
         self.text.clear();
         self.blocks.clear();

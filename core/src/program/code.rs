@@ -1,9 +1,10 @@
-//! What a G word, an M word or a statement word says, whatever it means.
+//! The codes of G words, M words and statement words, without their meaning.
 
 use super::Keyword;
 use std::fmt;
 
-/// A code. Numbers count in tenths, as some have a decimal: `G1` is `G(10)`, `G43.4` is `G(434)`, `M30` is `M(300)`.
+/// A code. Numbers count in tenths, because some have a decimal: `G1` is `G(10)`, `G43.4` is `G(434)`, `M30` is
+/// `M(300)`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
     /// A G code \[tenths\].
@@ -15,7 +16,7 @@ pub enum Code {
 }
 
 impl Code {
-    /// The statement word that it is, if it is one.
+    /// The statement word, if the code is one.
     #[must_use]
     pub const fn keyword(self) -> Option<Keyword> {
         match self {

@@ -1,22 +1,22 @@
-//! Comments between round brackets. Controls end one at its first `)`, or at the `)` that closes its first `(`: where
-//! brackets stand within a comment, the two are not the same.
+//! Comments between round brackets. Some controls end a comment at its first `)`, others at the `)` that closes its
+//! first `(`. If a comment contains brackets, these two are different.
 
 use super::number::read_unsigned;
 
-/// A comment with brackets in it that is longer ends at its first `)`: no control takes a block of this length, and no line
-/// is looked through again and again [bytes].
+/// A longer comment with brackets in it ends at its first `)`. No control takes a block of this length, and the limit
+/// keeps the reader from searching a line again and again [bytes].
 const MAX_NESTED_BYTES: usize = 1024;
-/// Words that do nothing by themselves, as comments have them: `D10`, `R5`.
+/// Words that do nothing by themselves and occur in comments: `D10`, `R5`.
 const IDLE: &[u8] = b"DLNPQR";
 
-/// Where the comment that begins at the `(` at `at` ends: one past its `)`, or the line end where it is not closed.
+/// The end of the comment that begins at the `(` at `at`: one after its `)`, or the line end if it is not closed.
 ///
-/// A comment with brackets in it that are all closed on its line is one comment, to its last bracket, up to
-/// [`MAX_NESTED_BYTES`]. Other brackets within it are text: it ends at its first `)`.
+/// If a comment contains brackets that are all closed on its line, it is one comment up to its last bracket, within
+/// [`MAX_NESTED_BYTES`]. Other brackets within a comment are text, and it ends at its first `)`.
 ///
 /// # Errors
 /// The text between the first `)` and the last bracket reads as words that move or set something. A control that ends
-/// the comment at the first `)` does what they say, another one does not.
+/// the comment at the first `)` executes them; other controls do not.
 pub(super) fn comment_end(text: &[u8], at: usize) -> Result<usize, AmbiguousComment> {
     let rest = text.get(at..).unwrap_or_default();
     let first = match memchr::memchr3(b')', b'\n', b'\r', rest) {
@@ -37,11 +37,12 @@ pub(super) fn comment_end(text: &[u8], at: usize) -> Result<usize, AmbiguousComm
     Ok(at + last + 1)
 }
 
-/// A comment that some controls end where words follow.
+/// Some controls end this comment before words that act.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct AmbiguousComment;
 
-/// Where the `)` stands that closes the `(` at the beginning of the text; `None` where none does on its line.
+/// The position of the `)` that closes the `(` at the beginning of the text; `None` if no bracket on the line closes
+/// it.
 fn closing_bracket(text: &[u8]) -> Option<usize> {
     let mut depth = 0_usize;
     for (at, byte) in text.iter().enumerate() {
@@ -56,7 +57,7 @@ fn closing_bracket(text: &[u8]) -> Option<usize> {
     None
 }
 
-/// Whether a text reads as words, and one of them moves or sets something. Comments end at their first `)` here.
+/// Whether a text reads as words of which at least one moves or sets something. Comments end at their first `)` here.
 fn commands(text: &[u8]) -> bool {
     let mut commands = false;
     let mut at = 0;
@@ -67,10 +68,10 @@ fn commands(text: &[u8]) -> bool {
                 at += memchr::memchr(b')', rest).map_or(rest.len(), |length| length + 1);
             }
             b';' => break,
-            // The closing bracket of a comment that is over.
+            // The closing bracket of a comment that has ended.
             b')' | b'/' => at += 1,
             byte if byte <= b' ' || byte == 0x7f => at += 1,
-            // A parameter that is set, whatever follows.
+            // A parameter is set, whatever follows.
             b'#' => return true,
             byte if byte.is_ascii_alphabetic() => {
                 let Some(end) = value_end(text, at + 1) else { return false };
@@ -83,7 +84,7 @@ fn commands(text: &[u8]) -> bool {
     commands
 }
 
-/// One past the number, parameter or expression at `from`.
+/// One after the number, parameter or expression at `from`.
 fn value_end(text: &[u8], from: usize) -> Option<usize> {
     let blanks = |mut at: usize| {
         while matches!(text.get(at), Some(b' ' | b'\t')) {
@@ -96,7 +97,7 @@ fn value_end(text: &[u8], from: usize) -> Option<usize> {
         at = blanks(at + 1);
     }
     match text.get(at)? {
-        // What its value is does not matter: no comment for people has it.
+        // Its value does not matter, because comments for people have no parameters or expressions.
         b'#' | b'[' => Some(text.len()),
         _ => read_unsigned(text, at).map(|number| number.end),
     }
@@ -124,7 +125,7 @@ mod tests {
         assert_eq!(rest_behind("(T1 (BALL) 10MM) G1 X5"), Ok(" G1 X5"));
         assert_eq!(rest_behind("((A)) X1"), Ok(" X1"));
         assert_eq!(rest_behind("(A (B (C) D) E) (F) X1"), Ok(" (F) X1"));
-        // The radius of a cutter moves nothing.
+        // The radius of a cutter does not move anything.
         assert_eq!(rest_behind("(NOSE (D10) R5) X1"), Ok(" X1"));
         assert_eq!(rest_behind("(CUT (OLD) 5 TIMES, G1 X5 TOO) X1"), Ok(" X1"));
     }

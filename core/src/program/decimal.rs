@@ -1,17 +1,17 @@
-//! Numbers as decimals: rounding to what a control reads back, and printing.
+//! Numbers as decimals: printing, and rounding to the value that a control reads back.
 
 use super::number::POWERS_OF_TEN;
 
-/// Most decimals ever printed; more are cut to this.
+/// The most decimals that are ever printed. More are cut to this number.
 pub const MAX_DECIMALS: u8 = 15;
 
-/// Whole units of the last decimal beyond this lose the integer's exactness: fewer decimals are printed then.
+/// The most whole units of the last decimal. Above this the integer is not exact, so fewer decimals are printed.
 const MAX_WHOLE: f64 = 1e18;
 
-/// From 2⁵² on every double is whole.
+/// From 2⁵² on every double is a whole number.
 const FRACTIONS_END: f64 = 4_503_599_627_370_496.0;
 
-/// `value` in whole units of the last decimal, and the decimals really kept.
+/// `value` in whole units of the last decimal, and the number of decimals that are kept.
 #[inline]
 fn whole_units(value: f64, decimals: u8) -> (i64, usize) {
     let mut decimals = usize::from(decimals.min(MAX_DECIMALS));
@@ -19,7 +19,7 @@ fn whole_units(value: f64, decimals: u8) -> (i64, usize) {
         decimals -= 1;
     }
     let units = value * POWERS_OF_TEN[decimals];
-    // Half up and cut: `f64::round` is a call where the target has no instruction for it.
+    // Adds a half and cuts, because `f64::round` is a call on targets without an instruction for it.
     let half = if units.abs() < FRACTIONS_END { 0.5_f64.copysign(units) } else { 0.0 };
     #[expect(
         clippy::cast_possible_truncation,
@@ -29,8 +29,8 @@ fn whole_units(value: f64, decimals: u8) -> (i64, usize) {
     (whole, decimals)
 }
 
-/// The decimal of `decimals` digits next to `value`, as a control (and [`super::Reader`]) reads it back: n/10^d,
-/// correctly rounded to an f64. Never −0. A value that is not finite stays as it is.
+/// The decimal with `decimals` digits nearest to `value`, as a control (and [`super::Reader`]) reads it back: n/10^d,
+/// correctly rounded to an f64. Never −0. A value that is not finite stays unchanged.
 #[must_use]
 #[inline]
 pub fn round_to_decimals(value: f64, decimals: u8) -> f64 {
@@ -38,7 +38,7 @@ pub fn round_to_decimals(value: f64, decimals: u8) -> f64 {
         return value;
     }
     let (whole, decimals) = whole_units(value, decimals);
-    // 0 / 10^d is +0: the sign of a negative zero is lost on the way through the integer.
+    // 0 / 10^d is +0. The integer loses the sign of a negative zero.
     #[expect(clippy::cast_precision_loss, reason = "it came from an f64 and is one")]
     let numerator = whole as f64;
     numerator / POWERS_OF_TEN[decimals]
@@ -56,14 +56,14 @@ const PAIRS: [[u8; 2]; 100] = {
     pairs
 };
 
-/// How a number is to look beyond its digits.
+/// The style of a number besides its digits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Look {
-    /// `.5` rather than `0.5`.
+    /// `.5` instead of `0.5`.
     pub(super) drops_zero: bool,
-    /// `5.` rather than `5`.
+    /// `5.` instead of `5`.
     pub(super) ends_in_point: bool,
-    /// `+5` rather than `5`.
+    /// `+5` instead of `5`.
     pub(super) plus: bool,
 }
 
@@ -116,9 +116,8 @@ pub(super) fn print_into(value: f64, decimals: u8, look: Look, buffer: &mut [u8;
     at
 }
 
-/// Appends `value` with `decimals` digits behind the point; what is printed reads back as
-/// [`round_to_decimals`] gives it. Never `-0.000`. For a value that is not finite nothing sensible can be printed:
-/// callers check before.
+/// Appends `value` with `decimals` digits after the point. The printed text reads back as [`round_to_decimals`] gives
+/// it. Never `-0.000`. A value that is not finite cannot be printed; callers check this before.
 pub fn print_decimal(value: f64, decimals: u8, out: &mut Vec<u8>) {
     let mut buffer = [0; BUFFER];
     let start = print_into(value, decimals, Look::default(), &mut buffer);

@@ -1,4 +1,4 @@
-//! What there is to say about a program, with the place it is said of.
+//! Diagnostics of a program, each with its place in the text.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use super::Address;
 
-/// A few bytes of the program, for messages. What is not printable ASCII shows as `?`.
+/// A few bytes of the program, for messages. A byte that is not printable ASCII is shown as `?`.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Excerpt {
     bytes: [u8; Self::MAX_BYTES],
@@ -14,7 +14,7 @@ pub struct Excerpt {
 }
 
 impl Excerpt {
-    /// Longer texts are cut.
+    /// A longer text is cut.
     pub const MAX_BYTES: usize = 23;
 
     /// The beginning of `text`, up to its line end.
@@ -31,7 +31,7 @@ impl Excerpt {
         excerpt
     }
 
-    /// As text.
+    /// The excerpt as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         std::str::from_utf8(&self.bytes[..usize::from(self.length)]).unwrap_or_default()
@@ -50,34 +50,34 @@ impl fmt::Debug for Excerpt {
     }
 }
 
-/// What follows from a diagnostic.
+/// The consequence of a diagnostic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Something is left alone that could have been looked at.
+    /// A part of the program is left unchanged that could otherwise be checked.
     Warning,
-    /// The program as a whole has to be refused.
+    /// The service refuses the whole program.
     Refusal,
 }
 
-/// What is the matter.
+/// The fact that a diagnostic states.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum DiagnosticCode {
-    /// The address has no number behind it.
-    #[error("`{text}`: a word needs a number behind its letter")]
+    /// The letter has no number after it.
+    #[error("`{text}`: a word needs a number after its letter; add the number or remove the letter")]
     MissingNumber {
         /// From the letter on.
         text: Excerpt,
     },
-    /// A number with an exponent, of which controls of the dialect read the digits before it and a word E.
+    /// A number with an exponent. Controls of the dialect read only the digits before the exponent, and then a word E.
     #[error(
-        "`{text}`: controls read no exponent behind E, and take the digits before it for the number; write the number without an exponent, and a blank before a word E"
+        "`{text}`: controls read no exponent after E and take only the digits before E as the number; write the number without an exponent, and put a blank before a word E"
     )]
     Exponent {
         /// From the letter of the number on.
         text: Excerpt,
     },
-    /// Something that no block of the dialect contains.
-    #[error("`{text}` is not part of a block")]
+    /// Text that is not valid at its place in a block of the dialect.
+    #[error("`{text}` is not valid at this place in a block; correct or remove the text")]
     UnexpectedText {
         /// From the first byte that does not fit.
         text: Excerpt,
@@ -87,59 +87,65 @@ pub enum DiagnosticCode {
         "`{text}`: statements with variables or functions are not read in this dialect; post the program with numbers in their place"
     )]
     StatementNotRead {
-        /// From its first byte that is no word on.
+        /// From the first byte that is not part of a word on.
         text: Excerpt,
     },
-    /// A bracket or name that is never closed.
-    #[error("`{text}` is not closed on its line")]
+    /// A bracket or a name that is never closed.
+    #[error("`{text}` is not closed on its line; add the closing bracket or quotation mark")]
     Unclosed {
         /// From the opening byte on.
         text: Excerpt,
     },
-    /// A comment with brackets in it, which some controls end before words that others take for a part of it.
+    /// A comment with brackets in it. Some controls end it before words that others take as a part of it.
     #[error(
-        "`{text}`: some controls end this comment at its first `)` and run the words behind it; remove the brackets inside the comment"
+        "`{text}`: some controls end this comment at its first `)` and run the words after it; remove the brackets inside the comment"
     )]
     NestedComment {
         /// From its opening bracket on.
         text: Excerpt,
     },
-    /// A division by zero, the root of a negative number and the like.
-    #[error("`{text}` has no value: a division by zero or an argument that the function does not take")]
+    /// A division by zero, the root of a negative number or a similar operation.
+    #[error(
+        "`{text}` has no value: it divides by zero or gives a function an argument that it does not take; correct the expression"
+    )]
     Undefined {
         /// From its first operand or its name on.
         text: Excerpt,
     },
-    /// A name before a bracket that no function has.
-    #[error("`{text}` is not a function")]
+    /// The name before a bracket is not a function.
+    #[error("`{text}` is not a function; correct the name or write a number")]
     UnknownFunction {
         /// From the name on.
         text: Excerpt,
     },
-    /// Too many brackets within each other.
-    #[error("`{text}`: too many brackets within each other")]
+    /// More than 32 nested brackets or parameters.
+    #[error(
+        "`{text}`: the expression has more than 32 nested brackets or parameters; divide it into several statements"
+    )]
     TooDeep {
-        /// From the bracket on that is one too many.
+        /// From the first bracket that is too deep on.
         text: Excerpt,
     },
-    /// A number no machine has use for.
-    #[error("{address} {value:e} is beyond ±{max_abs:e}")]
+    /// A number that is too large for any machine.
+    #[error("{address} {value:e} is outside ±{max_abs:e}; correct the number")]
     TooLarge {
-        /// Of the word.
+        /// Address of the word.
         address: Address,
-        /// Its value in program units.
+        /// Value of the word, in program units.
         value: f64,
-        /// Largest magnitude read.
+        /// The largest magnitude that is read.
         max_abs: f64,
     },
     /// A line with more words than any block has.
-    #[error("too many words on one line; at most {max} are read")]
+    #[error("the line has more than {max} words; divide it into several blocks")]
     TooManyWords {
-        /// Most words read.
+        /// The largest number of words that are read.
         max: usize,
     },
     /// A CSV row with the wrong number of cells.
-    #[error("the row has {cells} cells, the header {columns} columns")]
+    #[error(
+        "the row has {cells} cells, but the header has {columns} columns; write one cell for each column"
+    )]
     CellCount {
         /// Cells in the row.
         cells: u32,
@@ -147,32 +153,34 @@ pub enum DiagnosticCode {
         columns: u32,
     },
     /// A CSV cell that is not a number.
-    #[error("column {column}: `{text}` is not a number")]
+    #[error("column {column}: `{text}` is not a number; write a decimal number")]
     CellNumber {
-        /// Of the header.
+        /// Address of the column in the header.
         column: Address,
-        /// What stands in the cell.
+        /// The text in the cell.
         text: Excerpt,
     },
-    /// A contact normal that is no direction: perhaps a point.
-    #[error("the contact normal has length {length}; 1 is wanted")]
+    /// The contact normal is not a direction. Perhaps its numbers are a point.
+    #[error("the contact normal has length {length}, but a unit vector has length 1; give a unit vector")]
     NotADirection {
-        /// Its length.
+        /// Length of the normal.
         length: f64,
     },
-    /// Control flow, whose effect on later blocks cannot be told.
-    #[error("`{text}`: control flow is not followed")]
+    /// Control flow. Its effect on later blocks is not known.
+    #[error(
+        "`{text}`: the service does not follow control flow; post the program without jumps, loops, conditions and subprograms"
+    )]
     ControlFlow {
         /// The statement.
         text: Excerpt,
     },
     /// Template text, which an editor would have to expand first.
-    #[error("`{text}` is template text, not a program for a control")]
+    #[error("`{text}` is template text, not a program for a control; expand the template first")]
     TemplateText {
         /// The text.
         text: Excerpt,
     },
-    /// A length before anybody said in which unit the program counts.
+    /// A length before the unit of the program is known.
     #[error(
         "{address} is a length, and its unit is not known: give `unit` as mm or inch, state G20 or G21 (G70 or G71, `UNITS/`) in the program, or `program_unit` in the machine's profile"
     )]
@@ -180,28 +188,32 @@ pub enum DiagnosticCode {
         /// The first such word.
         address: Address,
     },
-    /// A block states two units: which of the two holds behind it depends on the control.
+    /// A block states two units. It depends on the control which of the two holds after the block.
     #[error(
-        "G{} and G{} stand in one block, and controls differ in the unit that holds behind it: keep the one that is meant", codes[0], codes[1]
+        "G{} and G{} are in one block, and controls differ in the unit that holds after it; keep only the code that is meant", codes[0], codes[1]
     )]
     TwoUnits {
         /// The numbers of the first and the last such code.
         codes: [u32; 2],
     },
-    /// An address stands twice in one block.
-    #[error("address {address} stands twice in the block")]
+    /// A block has the same address twice.
+    #[error("the block has address {address} twice; keep only the word that is meant")]
     RepeatedAddress {
         /// The address.
         address: Address,
     },
-    /// A call: what it does cannot be seen.
-    #[error("`{text}`: a call is not followed; modes and positions are unknown behind it")]
+    /// A call. Its effect is not visible in the text.
+    #[error(
+        "`{text}`: the service does not follow calls; after this call, modes and positions are unknown until the program states them"
+    )]
     Call {
         /// The statement.
         text: Excerpt,
     },
-    /// A code whose meaning is not known.
-    #[error("`{text}` is not a known code; modes and positions are unknown behind it")]
+    /// A code with an unknown meaning.
+    #[error(
+        "`{text}` is not a known code; after this code, modes and positions are unknown until the program states them"
+    )]
     UnknownCode {
         /// The word.
         text: Excerpt,
@@ -209,7 +221,7 @@ pub enum DiagnosticCode {
 }
 
 impl DiagnosticCode {
-    /// What follows from it.
+    /// The severity of the diagnostic.
     #[must_use]
     pub fn severity(&self) -> Severity {
         match self {
@@ -218,7 +230,7 @@ impl DiagnosticCode {
         }
     }
 
-    /// A name that stays the same: the wire's `kind`.
+    /// The wire's `kind`: a name that always stays the same.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
@@ -245,12 +257,12 @@ impl DiagnosticCode {
     }
 }
 
-/// Bytes of the upload, counted from 0, the end excluded.
+/// Bytes of the upload, counted from 0. The end is excluded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ByteSpan {
     /// First byte.
     pub start: u64,
-    /// One past the last.
+    /// One after the last byte.
     pub end: u64,
 }
 
@@ -258,25 +270,25 @@ pub struct ByteSpan {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("line {line}, column {column}: {code}")]
 pub struct Diagnostic {
-    /// What is the matter.
+    /// The fact.
     pub code: DiagnosticCode,
     /// 1-based line of the upload.
     pub line: u64,
     /// 1-based byte within the line.
     pub column: u32,
-    /// The bytes meant.
+    /// The bytes that the diagnostic is about.
     pub span: ByteSpan,
 }
 
 impl Diagnostic {
-    /// What follows from it.
+    /// The severity of the diagnostic.
     #[must_use]
     pub fn severity(&self) -> Severity {
         self.code.severity()
     }
 }
 
-/// Diagnostics in the order of the text: the first hundred of each severity are kept, all are counted.
+/// Diagnostics in the order of the text. The first hundred of each severity are kept, and all are counted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Diagnostics {
     kept: Vec<Diagnostic>,
@@ -284,16 +296,16 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// How many of each severity are kept.
+    /// The number of diagnostics of each severity that are kept.
     pub const MAX_KEPT: u64 = 100;
 
-    /// None yet.
+    /// An empty list.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds one.
+    /// Adds a diagnostic.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let count = &mut self.counts[diagnostic.severity() as usize];
         *count += 1;
@@ -302,24 +314,24 @@ impl Diagnostics {
         }
     }
 
-    /// Adds all of these.
+    /// Adds all of these diagnostics.
     pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
-    /// Those kept, in the order of the text.
+    /// The kept diagnostics, in the order of the text.
     #[must_use]
     pub fn kept(&self) -> &[Diagnostic] {
         &self.kept
     }
 
-    /// How many there were of this severity, kept or not.
+    /// The number of diagnostics of this severity, kept or not.
     #[must_use]
     pub fn count(&self, severity: Severity) -> u64 {
         self.counts[severity as usize]
     }
 
-    /// The reasons to refuse the program that were kept; empty if there are none.
+    /// The kept diagnostics that refuse the program; empty if there are none.
     pub fn refusals(&self) -> impl Iterator<Item = &Diagnostic> {
         self.kept.iter().filter(|diagnostic| diagnostic.severity() == Severity::Refusal)
     }

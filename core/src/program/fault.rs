@@ -8,69 +8,75 @@ use super::{Address, Excerpt, ForeignDialect};
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ReadFault {
     /// A line longer than any control takes.
-    #[error("line {line} is longer than {max_bytes} bytes")]
+    #[error("line {line} is longer than {max_bytes} bytes; divide the line")]
     LineTooLong {
         /// 1-based line.
         line: u64,
         /// Longest accepted, line ending included.
         max_bytes: usize,
     },
-    /// A dialect that is recognised and not read.
+    /// A dialect that the service recognises but does not read.
     #[error(
         "line {line}: the program is written for {dialect}, a dialect that is not supported; post it as ISO G-code, for Sinumerik 840D or as Heidenhain conversational"
     )]
     UnsupportedDialect {
         /// 1-based line that shows the dialect.
         line: u64,
-        /// Which it is.
+        /// The dialect.
         dialect: ForeignDialect,
     },
-    /// A CSV column of unknown name.
-    #[error("line {line}, column {column}: `{name}` is not a column of a program")]
+    /// A CSV column with an unknown name.
+    #[error(
+        "line {line}, column {column}: `{name}` is not a column of a program; rename or remove the column"
+    )]
     UnknownColumn {
         /// 1-based line of the header.
         line: u64,
         /// 1-based column of the table.
         column: u32,
-        /// Its name.
+        /// Name of the column.
         name: Excerpt,
     },
-    /// A CSV column that stands twice.
-    #[error("line {line}, column {column}: {address} stands twice in the header")]
+    /// The header has a CSV column twice.
+    #[error("line {line}, column {column}: the header has column {address} twice; remove one of them")]
     RepeatedColumn {
         /// 1-based line of the header.
         line: u64,
         /// 1-based column of the table.
         column: u32,
-        /// Its address.
+        /// Address of the column.
         address: Address,
     },
-    /// A CSV column that has to be there.
-    #[error("line {line}: the header has no column {address}")]
+    /// A required CSV column is missing.
+    #[error("line {line}: the header has no column {address}; add this column")]
     MissingColumn {
         /// 1-based line of the header.
         line: u64,
-        /// The address missing.
+        /// The missing address.
         address: Address,
     },
-    /// Not two rotary columns.
-    #[error("line {line}: a five-axis program has two of the columns A B C, this header has {count}")]
+    /// The header does not have exactly two rotary columns.
+    #[error(
+        "line {line}: a five-axis program has two of the columns A, B and C, but this header has {count}"
+    )]
     RotaryColumns {
         /// 1-based line of the header.
         line: u64,
-        /// How many of A B C there are.
+        /// The number of columns A B C in the header.
         count: usize,
     },
-    /// Contact points and contact normals at once.
-    #[error("line {line}: the header has both contact points (U V W) and contact normals (nx ny nz)")]
+    /// The header has both contact points and contact normals.
+    #[error(
+        "line {line}: the header has both contact points (U V W) and contact normals (nx ny nz); keep only one of the two"
+    )]
     TwoContacts {
         /// 1-based line of the header.
         line: u64,
     },
     /// A CSV program without a header row.
-    #[error("line {line}: a CSV program starts with a header row that names X, Y and Z")]
+    #[error("line {line}: the header row is missing; begin the CSV program with a row that names X, Y and Z")]
     NoHeader {
-        /// 1-based line where it should be.
+        /// 1-based line where the header row should be.
         line: u64,
     },
 }
@@ -92,34 +98,34 @@ impl ReadFault {
     }
 }
 
-/// Why a block cannot be written. Nothing has been appended then.
+/// Why a block cannot be written. In this case the writer has appended nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum WriteFault {
-    /// Not finite, or larger than a reader would take.
+    /// The value is not finite, or it is larger than a reader would accept.
     #[error("{address} {value} cannot be written; the limit is ±{max_abs:e}")]
     NotPrintable {
-        /// Of the word.
+        /// Address of the word.
         address: Address,
-        /// Its value.
+        /// Value of the word.
         value: f64,
-        /// Largest magnitude written.
+        /// The largest magnitude that is written.
         max_abs: f64,
     },
-    /// No such block in the batch.
-    #[error("the batch has {blocks} blocks, none of index {index}")]
+    /// The batch has no such block.
+    #[error("the batch has {blocks} blocks, but no block with index {index}")]
     NoBlock {
-        /// Index asked for.
+        /// The index asked for.
         index: usize,
         /// Number of blocks.
         blocks: usize,
     },
-    /// A table has motions only: no row can hold a feed alone.
-    #[error("a row of a table cannot hold a feed alone")]
+    /// A table has only motions, so no row can hold only a feed.
+    #[error("a row of a table cannot hold only a feed")]
     NoFeedRow,
-    /// A CSV program has no column for the word, or the dialect no such word.
+    /// The CSV program has no column for the word, or the dialect has no such word.
     #[error("the program has no column or word {address}")]
     NoColumn {
-        /// Of the word.
+        /// Address of the word.
         address: Address,
     },
 }

@@ -1,4 +1,4 @@
-//! Statement words: what controls write in letters where ISO has a code.
+//! Statement words: words in letters that some controls have instead of ISO codes.
 
 macro_rules! keywords {
     ($($(#[$doc:meta])* $name:ident),* $(,)?) => {
@@ -9,7 +9,7 @@ macro_rules! keywords {
         }
 
         impl Keyword {
-            /// All of them, by number.
+            /// All keywords, by number.
             pub const ALL: &[Self] = &[$(Self::$name),*];
         }
     };
@@ -19,19 +19,19 @@ keywords! {
     // --- Siemens
     /// `TRAORI`: tool-centre-point control on.
     Traori,
-    /// `TRAORI(2)`, `TRAORI(1,0,1,1)`: a further transformation of the control, or one with another orientation.
+    /// `TRAORI(2)`, `TRAORI(1,0,1,1)`: a further transformation of the control, or one with another basic orientation.
     OtherTraori,
     /// `TRAFOOF`: transformations off.
     Trafoof,
-    /// `SUPA`: machine coordinates, offsets suppressed, in this block.
+    /// `SUPA`: machine coordinates with offsets suppressed, in this block only.
     Supa,
-    /// `TRANSMIT`, `TRACYL` and their kin: another transformation than for five axes.
+    /// `TRANSMIT`, `TRACYL` and similar words: a transformation that is not for five axes.
     OtherTransformation,
-    /// `TRANS`: the programmable offset, in place of every programmable frame.
+    /// `TRANS`: the programmable offset. It replaces every programmable frame.
     Trans,
     /// `ATRANS`: the same, added.
     Atrans,
-    /// `ROT`: a rotation in place of every programmable frame.
+    /// `ROT`: a rotation. It replaces every programmable frame.
     Rot,
     /// `AROT`: a rotation, added.
     Arot,
@@ -61,13 +61,13 @@ keywords! {
     PointToPoint,
     /// `CP`.
     PointToPointOff,
-    /// `ORIPLANE`, `ORICONCW`, `ORIPATH`, …: the tool axis takes a course of its own.
+    /// `ORIPLANE`, `ORICONCW`, `ORIPATH`, …: the tool axis has a course of its own.
     OrientationPath,
     /// `ORIAXES`, `ORIVECT`.
     OrientationAxes,
-    /// `ORIMKS`: tool vectors are meant in the machine.
+    /// `ORIMKS`: tool vectors are in machine coordinates.
     OrientationMachine,
-    /// `ORIWKS`: tool vectors are meant in the workpiece.
+    /// `ORIWKS`: tool vectors are in workpiece coordinates.
     OrientationWorkpiece,
     /// `A2=`, `A4=`, `LEAD=`, …: an orientation in a form that is not followed.
     OrientationWord,
@@ -75,13 +75,14 @@ keywords! {
     Diameter,
     /// `DIAMOF`.
     DiameterOff,
-    /// `BSPLINE`, `POLY` and their kin, and circles by other points than their centre (`CIP`, `CT`).
+    /// `BSPLINE`, `POLY` and similar words, and circles that are given by points other than the centre (`CIP`, `CT`).
     Spline,
-    /// `FB=`: the motion ends where it says, but takes another time there.
+    /// `FB=`: the motion ends at its stated place but takes another time.
     OtherCourse,
-    /// `TURN=`: full circles that an arc runs beside the way to its end; their number is the P word behind it.
+    /// `TURN=`: full circles that an arc makes in addition to the path to its end. The P word after it is their
+    /// number.
     Turns,
-    /// `CIRCLE/`: of cutter location data.
+    /// `CIRCLE/` of cutter location data.
     Circle,
     /// A standard cycle, executed once.
     Cycle,
@@ -91,17 +92,17 @@ keywords! {
     ModalCall,
     /// `MCALL` alone, `EXECUTE`.
     ModalCallEnd,
-    /// `CONTPRON`: motions that follow are put into a table.
+    /// `CONTPRON`: the motions after it are put into a table.
     ContourTable,
-    /// `MEAS=`: ends where the probe says.
+    /// `MEAS=`: the motion ends where the probe triggers.
     Probing,
-    /// `AP=`, `RP=`, `AR=`: the end is given by angles.
+    /// `AP=`, `RP=`, `AR=`: angles state the end.
     PolarEnd,
     /// `X1=`, `AX[1]=`, `POS[X]=`, or a name that may be an axis of the machine.
     MachineAxis,
-    /// A name that is no variable of the program, and no axis that is known.
+    /// A name that is not a variable of the program, and not a known axis.
     ForeignAxis,
-    /// A name that is assigned; whether it is a variable, the constants tell.
+    /// A name that is assigned. The constants tell whether it is a variable.
     Named,
     /// An assignment of a variable.
     Assigned,
@@ -111,17 +112,17 @@ keywords! {
     BlockWord,
     /// `TOFFL=`, `TCARR=`: another tool length.
     ToolOffset,
-    /// `RNDM=2`: every corner is rounded.
+    /// `RNDM=2`: the control rounds every corner.
     CornerRounding,
     /// `RNDM=0`.
     CornerRoundingOff,
-    /// `PRESETON`: axes are given other positions.
+    /// `PRESETON`: gives axes other positions.
     AxisPreset,
     /// A datum preset of a conversational program.
     Preset,
-    /// A statement whose meaning for the path is not known.
+    /// A statement with an unknown meaning for the path.
     UnknownStatement,
-    /// `REPOSA` and its kin.
+    /// `REPOSA` and similar words.
     Reposition,
     // --- Heidenhain
     /// `L`: a straight line.
@@ -130,21 +131,21 @@ keywords! {
     Ln,
     /// `C`: an arc about the pole, or a full circle.
     ArcAboutCentre,
-    /// `CR`: an arc of a radius.
+    /// `CR`: an arc with a stated radius.
     ArcOfRadius,
-    /// `CT`: an arc that goes on where the element before ends.
+    /// `CT`: an arc that continues from the end of the element before.
     TangentArc,
     /// `CC`: the pole; no motion.
     CircleCentre,
-    /// `LP`, `CP`, `CTP`, `RND`, `CHF`, `APPR`, `DEP`, free contours: the control works out where it goes.
+    /// `LP`, `CP`, `CTP`, `RND`, `CHF`, `APPR`, `DEP`, free contours: the control computes where the motion goes.
     ContourElement,
     /// `DR+`, `DR-`: the sense of an arc.
     Sense,
-    /// A rounding or a chamfer cuts the end of this motion, or what follows goes on in its direction.
+    /// A rounding or a chamfer cuts the end of this motion, or the next motion continues in its direction.
     CornerFollows,
     /// `FMAX`: at rapid traverse, in this block.
     Fmax,
-    /// `FAUTO`, `FU`, `FZ`, and feeds in other measures: the feed is not stated as a path feed.
+    /// `FAUTO`, `FU`, `FZ`, and feeds in other units: the feed is not stated as a path feed.
     FeedElsewhere,
     /// `R0`, `CUTCOM/OFF`: no radius compensation.
     R0,
@@ -160,19 +161,19 @@ keywords! {
     ToolCall,
     /// A tool axis other than Z.
     OtherToolAxis,
-    /// Cycle 7, `TRANS DATUM AXIS`: the datum along the axes named.
+    /// Cycle 7, `TRANS DATUM AXIS`: the datum along the named axes.
     DatumShift,
     /// `TRANS DATUM RESET`: no datum shift.
     DatumReset,
     /// A datum shift from a table.
     DatumTable,
-    /// `PLANE …` but for RESET, cycle 19.
+    /// `PLANE …` except RESET, cycle 19.
     TiltOn,
-    /// `PLANE RESET`, cycle 19 with angles of 0 or none.
+    /// `PLANE RESET`, cycle 19 with angles of 0 or without angles.
     TiltOff,
     /// Cycle 10.
     RotationOn,
-    /// Cycle 10 by nothing.
+    /// Cycle 10 with an angle of 0.
     RotationOff,
     /// Cycle 8 with axes.
     MirrorOn,
@@ -182,34 +183,34 @@ keywords! {
     ScalingOn,
     /// Cycle 11 with factor 1.
     ScalingOff,
-    /// Cycle 26: axes scaled each for itself.
+    /// Cycle 26: each axis has its own scale.
     AxisScaling,
     /// `FUNCTION TCPM F TCP AXIS POS`.
     TcpmOn,
     /// `FUNCTION RESET TCPM`.
     TcpmOff,
-    /// `FUNCTION TCPM` in other senses.
+    /// `FUNCTION TCPM` with other settings.
     TcpmOther,
     /// `LBL 5`
     Label,
-    /// `LBL 0`: the end of a section that is called.
+    /// `LBL 0`: the end of a section that can be called.
     LabelEnd,
     /// `CALL LBL 5`
     CallLabel,
     /// `CALL LBL 5 REP 2`
     RepeatLabel,
-    /// `CYCL CALL`, and cycles that act where they stand.
+    /// `CYCL CALL`, and cycles that act at their own place.
     CycleCall,
     /// `TCH PROBE`
     Probe,
-    /// A statement that changes nothing the path depends on.
+    /// A statement that changes nothing on which the path depends.
     Statement,
     // --- APT
-    /// `GOTO/`: a straight motion to a point; an arc behind `CIRCLE/`.
+    /// `GOTO/`: a straight motion to a point; after `CIRCLE/`, an arc.
     Goto,
-    /// `FROM/`: where the tool is.
+    /// `FROM/`: the position of the tool.
     From,
-    /// `RAPID`: the next motion is one at rapid traverse.
+    /// `RAPID`: the next motion is at rapid traverse.
     Rapid,
     /// `FEDRAT/`
     Fedrat,
@@ -225,11 +226,11 @@ keywords! {
     InchPerRevolution,
     /// `PERREV`, `UPR`: in the unit of the program.
     UnitPerRevolution,
-    /// `CYCLE/…`: the points behind it are those of a cycle.
+    /// `CYCLE/…`: the points after it belong to a cycle.
     CycleOn,
     /// `CYCLE/OFF`
     CycleOff,
-    /// `CUTTER/`: the shape of the tool; equal shapes have equal P words.
+    /// `CUTTER/`: the shape of the tool. Equal shapes have equal P words.
     Cutter,
     /// `MULTAX/ON`
     MultaxOn,
@@ -239,7 +240,7 @@ keywords! {
     ToolAxis,
     /// `CSYS/`, `MSYS/`: the coordinate system of a set-up.
     CoordinateSystem,
-    /// `TRACUT/`, `ROTABL/` by an angle and others: the points behind it are moved, or count otherwise.
+    /// `TRACUT/`, `ROTABL/` with an angle and others: the points after it are moved, or count in another way.
     PointsMoved,
     /// `GOHOME`
     GoHome,
@@ -250,19 +251,19 @@ keywords! {
 }
 
 impl Keyword {
-    /// Its number, the value of its words.
+    /// The keyword's number, which is the value of its words.
     #[must_use]
     pub const fn number(self) -> u16 {
         self as u16
     }
 
-    /// Whether it stands for an assignment to a name, whatever the name is.
+    /// Whether it is an assignment to a name, whatever the name is.
     #[must_use]
     pub const fn is_assignment(self) -> bool {
         matches!(self, Self::Named | Self::Assigned | Self::MachineAxis | Self::ForeignAxis)
     }
 
-    /// The keyword of this number.
+    /// The keyword with this number.
     #[must_use]
     pub fn of_number(number: u16) -> Option<Self> {
         Self::ALL.get(usize::from(number)).copied()

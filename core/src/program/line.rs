@@ -1,13 +1,13 @@
 //! Where lines end: at LF, CR LF or CR.
 
-/// Where the ending of the line starts that holds byte `from`; the end of the text if it has none.
+/// Start of the ending of the line that has byte `from`; the end of the text if the line has no ending.
 #[inline]
 pub(super) fn line_end(text: &[u8], from: usize) -> usize {
     let rest = text.get(from..).unwrap_or_default();
     from + memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len())
 }
 
-/// Where the next line starts, behind the ending at `line_end`.
+/// Start of the next line, after the ending at `line_end`.
 #[inline]
 pub(super) fn next_line(text: &[u8], line_end: usize) -> usize {
     match (text.get(line_end), text.get(line_end + 1)) {
@@ -17,7 +17,7 @@ pub(super) fn next_line(text: &[u8], line_end: usize) -> usize {
     }
 }
 
-/// Whether a line shows nothing: blanks and control bytes, as tapes, printers and old systems leave them.
+/// Whether a line shows no text: blanks and control bytes that tapes, printers and old systems leave.
 #[inline]
 pub(super) fn is_blank(line: &[u8]) -> bool {
     line.iter().all(|byte| *byte <= b' ' || *byte == 0x7f)

@@ -1,7 +1,7 @@
-//! NC program text: what was written, no more. Chunks of bytes go in, batches of blocks come out, and every byte of
-//! the upload lies in exactly one block, so that untouched blocks are printed back as they were.
+//! NC program text as written, and nothing more. Chunks of bytes go in, and batches of blocks come out. Every byte of
+//! the upload is in exactly one block, so that untouched blocks are printed as they were.
 //!
-//! No machine is known here and nothing is read from or written to files; `motion` says what the text means.
+//! This module knows no machine, and it reads and writes no files. `motion` gives the text its meaning.
 
 mod address;
 mod batch;

@@ -1,12 +1,12 @@
 //! Decimal numbers, eight digits at a time.
 
-/// Powers of ten that an f64 holds exactly.
+/// Powers of ten that are exact in an f64.
 pub(super) const POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// Largest magnitude of a number in a program: 10⁹ units.
+/// The largest magnitude of a number in a program: 10⁹ units.
 pub const MAX_MAGNITUDE: f64 = 1e9;
 
 /// Integers below this are exact in an f64.
@@ -15,20 +15,21 @@ const MAX_EXACT: u64 = 1 << 53;
 /// A number without its sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unsigned {
-    /// The f64 nearest to the decimal; infinite if beyond all.
+    /// The f64 nearest to the decimal; infinite if it is too large.
     pub(super) value: f64,
-    /// Digits behind the point.
+    /// Digits after the point.
     pub(super) decimals: u8,
     /// Whether there is a point.
     pub(super) has_point: bool,
     /// Whether there is a digit before the point.
     pub(super) has_whole: bool,
-    /// One past its last byte.
+    /// One after its last byte.
     pub(super) end: usize,
 }
 
-/// One past the digits of an exponent whose letter, `E` or `e`, stands at this byte: an optional sign and digits, blanks between
-/// them or not. With it, whether a decimal point stands among or before the digits. `None` where no number follows the letter.
+/// One after the digits of an exponent whose letter, `E` or `e`, is at this byte: an optional sign and digits, with or
+/// without blanks between them. Also whether a decimal point is among or before the digits. `None` if no number
+/// follows the letter.
 pub(super) fn exponent_at(text: &[u8], at: usize) -> Option<(usize, bool)> {
     if !matches!(text.get(at), Some(b'E' | b'e')) {
         return None;
@@ -48,7 +49,8 @@ pub(super) fn follows_number(text: &[u8], start: usize, at: usize) -> bool {
     at > start && text.get(at - 1).is_some_and(|byte| byte.is_ascii_digit() || *byte == b'.')
 }
 
-/// The first byte of the number that ends before this byte of a line that starts at `start`, its sign and its letter with it.
+/// The first byte of the number that ends before this byte of a line that starts at `start`, including its sign and
+/// its letter.
 pub(super) fn number_start(text: &[u8], start: usize, at: usize) -> usize {
     let line = text.get(start..at).unwrap_or_default();
     let part = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
@@ -72,7 +74,7 @@ const fn not_digits(word: u64) -> u64 {
     (((x & 0x7f7f_7f7f_7f7f_7f7f) + 0x7676_7676_7676_7676) | x) & 0x8080_8080_8080_8080
 }
 
-/// The first `count` bytes, digits all (1 ≤ count ≤ 8), as a number.
+/// The first `count` bytes as a number. All of them are digits (1 ≤ count ≤ 8).
 #[inline]
 const fn digits_value(word: u64, count: u32) -> u64 {
     let x = (word ^ ZEROS) << (64 - 8 * count);
@@ -88,7 +90,8 @@ pub(super) fn read_unsigned(text: &[u8], at: usize) -> Option<Unsigned> {
     read_short(text, at).or_else(|| read_long(text, at))
 }
 
-/// The same for up to seven digits, some bytes before the end of the text; `None` also where it is neither.
+/// The same for up to seven digits that are some bytes before the end of the text; `None` also if either does not
+/// hold.
 #[expect(clippy::inline_always, reason = "the innermost loop of every reader")]
 #[inline(always)]
 pub(super) fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
@@ -105,7 +108,7 @@ pub(super) fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
         let end = at + whole as usize;
         return Some(Unsigned { value, decimals: 0, has_point: false, has_whole: true, end });
     }
-    // Close the gap of the point: seven digits are left.
+    // Closes the gap of the point, so that seven digits are left.
     let below = (1_u64 << (8 * whole)) - 1;
     let digits = (word & below) | ((word >> 8) & !below);
     let count = not_digits(digits).trailing_zeros() / 8;
@@ -119,7 +122,7 @@ pub(super) fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
     Some(Unsigned { value, decimals, has_point: true, has_whole: whole > 0, end: at + count as usize + 1 })
 }
 
-/// The first `count` bytes, digits all (1 ≤ count ≤ 7).
+/// The first `count` bytes. All of them are digits (1 ≤ count ≤ 7).
 #[inline]
 fn below_ten_million(word: u64, count: u32) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "below 10⁷")]
@@ -127,10 +130,10 @@ fn below_ten_million(word: u64, count: u32) -> f64 {
     f64::from(value)
 }
 
-/// What the digits before are worth more with so many digits behind them.
+/// The factor for the digits before, by the number of digits after them.
 const SCALE: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
-/// A run of digits: the mantissa continued (saturating) and one past the last digit.
+/// A run of digits: the mantissa continued (saturating), and one after the last digit.
 #[inline]
 fn read_digits(text: &[u8], mut at: usize, mut mantissa: u64) -> (u64, usize) {
     while let Some(word) = eight_bytes(text, at) {
@@ -171,7 +174,7 @@ fn read_long(text: &[u8], at: usize) -> Option<Unsigned> {
     let value = match POWERS_OF_TEN.get(decimals) {
         #[expect(clippy::cast_precision_loss, reason = "below 2⁵³")]
         Some(power) if mantissa < MAX_EXACT => mantissa as f64 / power,
-        // Digits and one point are what `f64::from_str` reads, correctly rounded.
+        // `f64::from_str` reads digits and one point, correctly rounded.
         _ => std::str::from_utf8(text.get(at..end)?).ok()?.parse().unwrap_or(f64::INFINITY),
     };
     let decimals = u8::try_from(decimals).unwrap_or(u8::MAX);

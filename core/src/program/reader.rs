@@ -4,14 +4,14 @@ use super::dialect::{Dialect, DialectRules, LineRead, Read, Source, detect};
 use super::line::{is_blank, line_end, next_line};
 use super::{Batch, Block, BlockFlags, BlockKind, ReadFault};
 
-/// What a reader accepts and how much it gives at a time.
+/// The limits of what a reader accepts and how much it returns at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReadLimits {
-    /// Longest line, its ending included.
+    /// The longest line, its ending included.
     pub max_line_bytes: usize,
     /// A batch is closed at this many blocks.
     pub batch_blocks: usize,
-    /// A batch is closed behind the line that reaches this many bytes.
+    /// A batch is closed after the line that reaches this many bytes.
     pub batch_bytes: usize,
 }
 
@@ -21,21 +21,21 @@ impl Default for ReadLimits {
     }
 }
 
-/// Reads a program from chunks of bytes of any size. It keeps the bytes of one chunk, of one batch, and of the
-/// opening lines by which the dialect is told.
+/// Reads a program from chunks of bytes of any size. It keeps the bytes of one chunk, of one batch, and of the opening
+/// lines that show the dialect.
 #[derive(Debug)]
 pub struct Reader {
     limits: ReadLimits,
     wanted: Option<Dialect>,
     opening: Option<detect::Opening>,
-    /// Bytes not yet in a batch.
+    /// Bytes that are not in a batch yet.
     pending: Vec<u8>,
-    /// How many of `pending` are already in `current`.
+    /// The number of bytes of `pending` that are already in `current`.
     taken: usize,
-    /// How far `pending` has been searched for line endings, and one past the last one found.
+    /// The position up to which `pending` has been searched for line endings, and one after the last ending found.
     searched: usize,
     complete: usize,
-    /// How many of the last bytes of `pending` are looked at as what follows, but not given.
+    /// The number of last bytes of `pending` that are examined as following text but not returned.
     held: usize,
     current: Batch,
     next_line: u64,
@@ -45,7 +45,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// A reader for this dialect, or for the one that the beginning of the text shows.
+    /// A reader for this dialect, or for the dialect that the beginning of the text shows.
     #[must_use]
     pub fn new(dialect: Option<Dialect>, limits: ReadLimits) -> Self {
         Self {
@@ -65,8 +65,8 @@ impl Reader {
         }
     }
 
-    /// Takes the next bytes of the upload. Call [`Self::next_batch`] until it gives nothing before feeding more:
-    /// what has been fed and not taken is kept.
+    /// Takes the next bytes of the upload. Call [`Self::next_batch`] until it returns nothing before you feed more,
+    /// because bytes that were fed and not taken are kept.
     pub fn feed(&mut self, chunk: &[u8]) {
         if self.failed.is_some() || self.finished {
             return;
@@ -79,22 +79,22 @@ impl Reader {
         self.find_complete();
     }
 
-    /// Says that there is no more: the rest is the last line.
+    /// States that no more bytes follow. The rest is the last line.
     pub fn finish(&mut self) {
         self.finished = true;
         self.complete = self.pending.len();
     }
 
-    /// Fills `batch` with the next blocks; false if more bytes are needed first, or if all have been given. Batches
-    /// depend on the text alone, not on how it was cut into chunks.
+    /// Fills `batch` with the next blocks; false if it needs more bytes first, or if all blocks have been returned.
+    /// Batches depend only on the text, not on how it was cut into chunks.
     ///
     /// # Errors
-    /// The text cannot be read as a program; the reader gives nothing more then.
+    /// The text cannot be read as a program. The reader then returns nothing more.
     pub fn next_batch(&mut self, batch: &mut Batch) -> Result<bool, ReadFault> {
         self.give(batch, false)
     }
 
-    /// The same without waiting until a batch is full: all whole lines so far.
+    /// The same without waiting for a full batch: all whole lines so far.
     ///
     /// # Errors
     /// As [`Self::next_batch`].
@@ -102,23 +102,23 @@ impl Reader {
         self.give(batch, true)
     }
 
-    /// The last so many bytes fed are looked at, where what a statement is hangs on what follows, but are not given until
-    /// this is called with 0. They begin with a line.
+    /// Holds the last `bytes` bytes fed. They are examined if a statement depends on the text after it, but they are
+    /// not returned until this is called with 0. They begin with a line.
     pub fn hold(&mut self, bytes: usize) {
         self.held = bytes.min(self.pending.len() - self.taken);
     }
 
-    /// Whether everything fed and not [held](Self::hold) has been given, and the dialect is known.
+    /// Whether all bytes that were fed and not [held](Self::hold) have been returned, and the dialect is known.
     #[must_use]
     pub fn is_between_lines(&self) -> bool {
         let is_given = self.taken + self.held == self.pending.len();
         self.opening.is_some() && is_given && self.current.blocks.is_empty()
     }
 
-    /// Goes on behind so many lines that are held or, where none are, not fed. Only
-    /// [between lines](Self::is_between_lines).
+    /// Continues after `lines` lines that are held or, if none are held, not fed. Call it only [between
+    /// lines](Self::is_between_lines).
     pub fn pass_over(&mut self, lines: u64, bytes: usize) {
-        debug_assert!(self.is_between_lines(), "nothing waits before the lines that are passed over");
+        debug_assert!(self.is_between_lines(), "no bytes wait before the lines that are passed over");
         let held = bytes.min(self.held);
         self.held -= held;
         self.taken += held;
@@ -158,7 +158,8 @@ impl Reader {
         self.opening.map(|opening| opening.dialect)
     }
 
-    /// Moves `complete` behind the last line ending in `pending`. A final CR waits: it may be half of CR LF.
+    /// Moves `complete` to the byte after the last line ending in `pending`. A final CR waits, because it may be half
+    /// of CR LF.
     fn find_complete(&mut self) {
         let fresh = self.pending.get(self.searched..).unwrap_or_default();
         let last = match memchr::memrchr2(b'\n', b'\r', fresh) {
@@ -173,7 +174,7 @@ impl Reader {
         self.searched = self.pending.len() - usize::from(self.pending.last() == Some(&b'\r'));
     }
 
-    /// Whether enough of the beginning is there to tell the dialect, and how much of it is to be looked at.
+    /// Whether enough of the beginning has arrived to find the dialect, and how much of it is examined.
     fn opening_length(&self) -> Option<usize> {
         let head = &self.pending[..self.pending.len().min(detect::MAX_BYTES)];
         if self.finished && self.pending.len() < detect::MAX_BYTES {
@@ -221,10 +222,10 @@ impl Reader {
         ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes }
     }
 
-    /// Reads whole lines into the current batch until it is full (true) or there are none (false).
+    /// Reads whole lines into the current batch until it is full (true) or no lines are left (false).
     fn take_lines(&mut self) -> Result<bool, ReadFault> {
         let Some(opening) = self.opening else { return Ok(false) };
-        // From a position in `pending` to one in the batch's text.
+        // The difference from a position in `pending` to a position in the batch's text.
         let shift = self.current.text.len().wrapping_sub(self.taken);
         let text = &self.pending[..self.complete];
         let DialectRules { read, read_header, .. } = opening.dialect.rules();
@@ -256,7 +257,7 @@ impl Reader {
                     Read::Lines(read) => Some(read(source, &mut self.current)),
                     Read::Statements(read) => read(source, &mut self.current),
                 };
-                // A statement that runs on needs its last line.
+                // A statement of several lines needs its last line.
                 let Some(read) = read else {
                     if text.len() - start > self.limits.max_line_bytes {
                         return Err(ReadFault::LineTooLong { line, max_bytes: self.limits.max_line_bytes });
@@ -274,7 +275,7 @@ impl Reader {
     }
 }
 
-/// Adds a line without looking at it.
+/// Adds a line without reading it.
 fn skip_line(source: Source<'_>, kind: BlockKind, batch: &mut Batch) -> usize {
     let Source { text, start, shift, line, .. } = source;
     let body_end = line_end(text, start);

@@ -1,4 +1,4 @@
-//! What Heidenhain and APT programs mean, one test a rule.
+//! The meaning of Heidenhain and APT programs, one test for each rule.
 
 use super::*;
 use crate::machine::{Machine, Preset};
@@ -22,7 +22,7 @@ fn interpreted(text: &str, dialect: Dialect) -> (Vec<Motion>, Diagnostics) {
     (motions, diagnostics)
 }
 
-/// The motions behind one that makes all axes known: X1 Y2 Z3 A0 C0.
+/// The motions after a motion that makes all axes known: X1 Y2 Z3 A0 C0.
 fn heidenhain(text: &str) -> Vec<Motion> {
     let head = "0 BEGIN PGM T MM\n1 L X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\n";
     interpreted(&format!("{head}{text}"), Dialect::Heidenhain).0.split_off(1)
@@ -151,7 +151,7 @@ fn a_datum_shift_is_another_offset_unless_it_is_the_same() {
     let motions = heidenhain(&text);
     assert!(motions[0].offset_changed && motions[0].start.is_none());
     assert!(!motions[1].offset_changed);
-    // No shift where there was none leaves positions known.
+    // A shift of zero leaves positions known where no shift was active.
     let motions = heidenhain("CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+0\nCYCL DEF 7.2 Y+0\nL X+2 F100\n");
     assert!(motions[0].start.is_some() && !motions[0].offset_changed);
 }
@@ -161,7 +161,10 @@ fn cycles_run_where_they_are_called() {
     let text = "CYCL DEF 200 DRILLING ~\n    Q200=+2 ;SET-UP ~\n    Q201=-20 ;DEPTH\nL X+2 FMAX M99\nCYCL DEF 247 DATUM SETTING\n    Q339=+1 ;NUMBER\nL X+2 Y+2 Z+2 A+0 C+0 FMAX M8\nCYCL CALL M8\nL X+1 Y+1 Z+1 F100\n";
     let motions = heidenhain(text);
     assert_eq!(motions[0].unfollowable, Some(Unfollowable::CannedCycle));
-    assert!(motions[1].offset_changed && motions[1].start.is_none(), "a preset after points under none");
+    assert!(
+        motions[1].offset_changed && motions[1].start.is_none(),
+        "a preset after points without a preset"
+    );
     assert_eq!(motions[2].unfollowable, Some(Unfollowable::CannedCycle));
     assert_eq!(motions[3].start, None);
     let motions =
@@ -199,7 +202,7 @@ fn a_section_without_followed_motions_is_known_where_it_is_called() {
     let (motions, diagnostics) = interpreted(&text, Dialect::Heidenhain);
     assert_eq!(diagnostics.kept(), []);
     let last = motions.last().unwrap();
-    // M128 was on before the call and the section leaves it alone.
+    // M128 was on before the call, and the section leaves it unchanged.
     assert_eq!((last.unfollowable, last.interpolation), (None, Interpolation::Tcp));
     assert_eq!(end(last)[0], 3.0 * 25.4);
     assert_eq!(motions[motions.len() - 2].start, None);
@@ -238,12 +241,12 @@ fn a_turn_whose_feed_counts_along_a_circle_is_left_alone() {
     let reasons =
         |text: &str| -> Vec<_> { heidenhain(text).iter().map(|motion| motion.unfollowable).collect() };
     let left = Some(Unfollowable::RotaryFeed);
-    // Straight motions and rapids mean what they did, and so does everything behind M117.
+    // Straight motions and rapids keep their meaning, and so does everything after M117.
     assert_eq!(
         reasons("L M116\nL C+10 F100\nL X+5\nL X+6 C+20\nL C+30 FMAX\nL C+40 M117\nL X+7 C+50\n"),
         [left, None, left, None, None, None]
     );
-    // With TCP F counts along the way of the tip, if it has one.
+    // With TCP, F counts along the path of the tip, if the tip moves.
     assert_eq!(reasons("L M116\nL M128\nL X+5 Y+5 Z+5 C+10 F100\nL X+6 C+20\nL C+30\n"), [None, None, left]);
 }
 
@@ -257,7 +260,7 @@ fn points_of_cutter_location_data_are_tips_with_the_axis_last_stated() {
     let axes: Vec<_> = motions.iter().map(|motion| motion.tool_axis.unwrap()).collect();
     assert_eq!(axes, [[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.6, 0.8], [0.0, 0.6, 0.8]]);
     assert_eq!(motions[3].linear_end_mm, Some([8.0, 8.0, 8.0]));
-    // Without MULTAX three values behind six may mean the axis before, or Z.
+    // Without MULTAX, three values after six may mean the axis of the point before, or Z.
     let motions = apt("GOTO/4.,5.,6.,0,.6,.8\nGOTO/7,8,9\nTLAXIS/1,0,0\nGOTO/7,8,9\n");
     assert_eq!(motions[1].tool_axis, None);
     assert_eq!(motions[2].tool_axis, Some([1.0, 0.0, 0.0]));
@@ -272,7 +275,7 @@ fn rapid_and_circle_hold_for_the_next_point_only() {
     use MotionKind::{Arc, Linear, Rapid};
     assert_eq!(kinds, [Rapid, Linear, Arc, Linear]);
     assert_eq!(motions[3].feed.value, Some(100.0));
-    // What went home at rapid is not the point behind it; a feed of any form is no rapid.
+    // A motion that went home at rapid does not reach the point after it. A feed of any form is not a rapid.
     for between in ["GOHOME", "GOFWD/P1", "RETRCT", "FEDRAT/100", "FEDRAT/ 100., MMPM"] {
         let motions = apt(&format!("FEDRAT/100.,MMPM\nGOTO/1,0,0\nRAPID\n{between}\nGOTO/2,0,0\n"));
         assert_eq!(motions.last().unwrap().kind, Linear, "{between}");
@@ -290,7 +293,7 @@ fn feeds_of_cutter_location_data_have_their_unit_before_or_behind_and_keep_it() 
         (minute, Some(171.5)),
         (minute, Some(200.0)),
         (Some(FeedMode::PerRevolution), Some(0.2)),
-        // Inches a minute in a program in millimetres: not taken.
+        // Inches per minute in a program in millimetres are not taken.
         (minute, None),
     ];
     assert_eq!(feeds, expected);
@@ -339,7 +342,7 @@ fn another_coordinate_system_is_another_offset() {
     );
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
-    // What stood before any was named is a system of its own.
+    // The points before the first named system have a system of their own.
     let text = format!("GOTO/1,1,1\n{second}GOTO/2,1,1\n");
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, true]);

@@ -7,7 +7,7 @@ use crate::motion::{FeedForm, FeedMode, FeedPath, FeedPaths, FeedRules};
 use crate::program::{Code, Keyword};
 use crate::units::MM_PER_INCH;
 
-/// What cutter location data means: points of the tip with the tool's axis.
+/// The meaning of cutter location data: points of the tip with the tool's axis.
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     keyword: keyword_meaning,
@@ -19,7 +19,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     ..MotionRules::PLAIN
 };
 
-/// What F means in it: its points are tips.
+/// The meaning of F in cutter location data, whose points are tips.
 const FEED: FeedRules = FeedRules {
     paths: FeedPaths { machine: FeedPath::Tip, tcp: FeedPath::Tip },
     form: FeedForm::Statement,

@@ -4,7 +4,7 @@ use super::{MotionRules, ToolRules, iso};
 use crate::motion::modal::MotionMode;
 use crate::motion::{FeedForm, FeedRules};
 
-/// What the rows of a table mean.
+/// The meaning of the rows of a table.
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FeedRules { form: FeedForm::Cell, ..iso::FEED },
     g: iso::g_meaning,

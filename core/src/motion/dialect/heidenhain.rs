@@ -7,7 +7,7 @@ use crate::motion::{FeedForm, FeedMode, FeedRules};
 use crate::program::{Code, Keyword};
 use crate::units::MM_PER_INCH;
 
-/// What conversational programs mean.
+/// The meaning of conversational programs.
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     m: m_function,
@@ -19,7 +19,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     ..MotionRules::PLAIN
 };
 
-/// What F means in them: there is no inverse time.
+/// The meaning of F in conversational programs. They have no inverse time.
 const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
@@ -28,26 +28,26 @@ const FEED: FeedRules = FeedRules {
     otherwise: &[],
 };
 
-/// The meaning of an M code of so many tenths. Those of the machine's builder are taken to leave the path alone.
+/// The meaning of an M code in tenths. Codes of the machine's builder are assumed to leave the path unchanged.
 fn m_function(tenths: u32) -> MFunction {
     match tenths {
         20 | 300 => MFunction::End,
         60 => MFunction::ToolChange,
         890 => MFunction::CycleModal,
-        // M91 and M92 count from other places, M130 from the plane that is not tilted.
+        // M91 and M92 count from other places. M130 counts from the plane that is not tilted.
         910 | 920 | 1300 => MFunction::MachineCoordinates,
         940 => MFunction::ForgetRotary,
         990 => MFunction::CycleCall,
         1160 => MFunction::RotaryFeedInMm(true),
         1170 => MFunction::RotaryFeedInMm(false),
         1140 | 1440 | 1450 => MFunction::TcpOther,
-        // Axes are left out of TCP from the next M128 on.
+        // M138 leaves axes out of TCP from the next M128 on.
         1380 => MFunction::KinematicsSwitch,
         1260 => MFunction::ShortestPath(true),
         1270 => MFunction::ShortestPath(false),
         1280 => MFunction::Tcp(true),
         1290 => MFunction::Tcp(false),
-        // A retraction along the tool, a basic rotation that goes: the axes stand elsewhere.
+        // A retraction along the tool, or the end of a basic rotation: the axes are elsewhere.
         1400 | 1430 => MFunction::Elsewhere,
         code => FEED.mode(Code::M(code)).map_or(MFunction::Plain, |(mode, _)| MFunction::Feed(mode)),
     }

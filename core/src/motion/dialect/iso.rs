@@ -8,7 +8,7 @@ use crate::motion::{FeedForm, FeedMode, FeedRules, WorkOffset};
 use crate::program::Code;
 use crate::units::MM_PER_INCH;
 
-/// What ISO programs mean. Controls that count millimetres and degrees of a block together are not told apart.
+/// The meaning of ISO programs. Controls that count millimetres and degrees of a block together are not distinguished.
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
@@ -22,7 +22,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     ..MotionRules::PLAIN
 };
 
-/// What F means in them.
+/// The meaning of F in ISO programs.
 pub(super) const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
@@ -35,18 +35,18 @@ pub(super) const FEED: FeedRules = FeedRules {
     otherwise: &[Code::G(200), Code::G(210), Code::G(700), Code::G(710), Code::G(960), Code::G(970)],
 };
 
-/// User codes by which RS274 machines switch their kinematics: linear positions are lost, and what is interpolated
-/// is not known unless stated.
+/// User codes with which RS274 machines switch their kinematics. The linear positions are lost, and the interpolation
+/// is not known unless it is stated.
 const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
 
-/// The meaning of an M code of so many tenths.
+/// The meaning of an M code in tenths.
 pub(super) fn m_function(tenths: u32) -> MFunction {
     match tenths {
         20 | 300 => MFunction::End,
         990 => MFunction::Return,
         960 | 970 | 980 | 1980 => MFunction::Call,
         60 | 610 => MFunction::ToolChange,
-        // M72: RS274 controls give back what M70 kept.
+        // M72: RS274 controls restore the modes that M70 kept.
         720 => MFunction::RestoresModes,
         820 => MFunction::ExtruderAbsolute,
         830 => MFunction::ExtruderRelative,
@@ -55,7 +55,7 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
     }
 }
 
-/// The meaning of the G code of so many tenths.
+/// The meaning of a G code in tenths.
 pub(super) fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
         Call, Compensation, CylinderOfAxis, Elsewhere, EndCycle, EndModalCall, EndPolarOrOffset, EndRotation,
@@ -73,10 +73,10 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         10 => Motion(Linear),
         20 | 30 => Motion(Arc),
         40 | 220 | 230 => NoMotion,
-        // G5.2: the blocks behind it, up to another motion, are points that the curve is drawn by.
+        // G5.2: the blocks after it, up to another motion, are points that define the curve.
         52 => Motion(Spline),
         50 | 51 | 60 | 61 | 62 => MotionWithAxes(Spline),
-        // Among them the sense of I J K (G90.1), which no end depends on.
+        // Among them is the sense of I J K (G90.1). No end depends on it.
         53 | 80 | 81 | 250 | 260 | 390 | 630 | 901 | 911 | 960 | 970 | 980 | 990 | 1030 | 1870 => Harmless,
         110 | 620 => HarmlessUnlessAxes,
         90 => ExactStopHere,
@@ -124,7 +124,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         650 => Call,
         660 | 661 => ModalCall,
         670 => EndModalCall,
-        // G69 ends these as well.
+        // G69 also ends these.
         682..=684 => Transform(Tilt, true),
         680..=689 => Transform(Rotation, true),
         690..=699 => EndRotation { names_axes: tenths == 690 },

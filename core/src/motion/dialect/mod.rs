@@ -1,5 +1,5 @@
-//! What the texts of one dialect mean for motions, where others mean something else: one row a dialect, in its file.
-//! Whoever follows a program looks the row up once.
+//! The meaning of a dialect's texts for motions, where dialects differ: one row for each dialect, in the dialect's
+//! file. The code that follows a program looks the row up once.
 
 mod apt;
 mod csv;
@@ -13,48 +13,48 @@ use super::modal::{MotionMode, ToolLength};
 use super::{FeedRules, WorkOffset};
 use crate::program::{Code, Dialect, Keyword};
 
-/// One row.
+/// The row of one dialect.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about dialects")]
 pub(super) struct MotionRules {
-    /// What F means.
+    /// The meaning of F.
     pub(super) feed: FeedRules,
-    /// What the G code of so many tenths means.
+    /// The meaning of a G code in tenths.
     pub(super) g: fn(u32) -> Meaning,
-    /// What the M code of so many tenths means.
+    /// The meaning of an M code in tenths.
     pub(super) m: fn(u32) -> MFunction,
-    /// What a statement word means.
+    /// The meaning of a statement word.
     pub(super) keyword: fn(Keyword) -> Meaning,
     /// The motion that holds at the start.
     pub(super) motion: Option<MotionMode>,
-    /// The tool length that does, behind a call too.
+    /// The tool length that holds at the start, and also after a call.
     pub(super) tool_length: ToolLength,
-    /// It counts in millimetres, and says so nowhere.
+    /// The dialect counts in millimetres, and its text does not say so.
     pub(super) counts_in_mm: bool,
-    /// A motion holds until another one is named; elsewhere every statement names its own.
+    /// A motion holds until another motion is named. In other dialects every statement names its own motion.
     pub(super) motion_is_modal: bool,
     /// The statement word of a block that only moves.
     pub(super) plain_statement: Option<(Keyword, PlainStatement)>,
-    /// Behind a call units, the sense of words and feeds are those of the program.
+    /// After a call, units, the sense of words and feeds are those of the program.
     pub(super) call_keeps_modes: bool,
-    /// Sections of the text have labels, by which they are called.
+    /// Sections of the text have labels, and a program calls them by these labels.
     pub(super) has_sections: bool,
-    /// It is a list of points of the tip with the tool's axis; circles have centres that are points, too, and cutters
-    /// are described.
+    /// The program is a list of points of the tip with the tool's axis. Circles have centres that are also points, and
+    /// the text describes cutters.
     pub(super) is_of_points: bool,
     /// Words that put another tool length in force.
     pub(super) tool_words: ToolWords,
     /// Controls may read a number without a decimal point in least increments.
     pub(super) counts_points: bool,
-    /// U, V or W alone is an axis beside X Y Z, and Z may count otherwise behind it.
+    /// U, V or W alone is an axis parallel to X, Y or Z, and Z may count in another way after it.
     pub(super) has_parallel_axes: bool,
-    /// I J K are the tool's axis where the tool length group says so.
+    /// I J K are the tool's axis if the tool length group says so.
     pub(super) takes_ijk_as_vector: bool,
-    /// Where two codes of one modal group stand in a block, controls differ in the one that holds.
+    /// If a block has two codes of one modal group, controls differ in which code holds.
     pub(super) two_codes_conflict: bool,
-    /// The work offset in force where the program has named none; elsewhere nobody knows it.
+    /// The work offset in force while the program has named none. In other dialects it is not known.
     pub(super) first_offset: Option<WorkOffset>,
-    /// How tools get into the spindle.
+    /// How a program puts tools into the spindle.
     pub(super) tools: ToolRules,
 }
 
@@ -63,43 +63,43 @@ pub(super) struct MotionRules {
 pub(super) enum PlainStatement {
     /// A straight line to the words of its block.
     Line,
-    /// A point, reached as the statements before it say.
+    /// A point, reached as the statements before it state.
     Point,
 }
 
 /// Words that put another tool length in force.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ToolWords {
-    /// None: statements and codes do.
+    /// No words: statements and codes put a length in force.
     None,
-    /// The number of a length by H.
+    /// H with the number of a length.
     LengthByH,
-    /// Another tool by T, another edge by D.
+    /// T with another tool, D with another edge.
     EdgeByTAndD,
 }
 
-/// How tools get into the spindle.
+/// How a program puts tools into the spindle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about dialects")]
 pub(super) struct ToolRules {
-    /// T may be the change itself, as long as no M6 came.
+    /// T may itself be the change as long as the program has had no M6.
     pub(super) t_may_change: bool,
     /// D names an edge of the tool.
     pub(super) d_is_edge: bool,
-    /// M61 says which tool is in the spindle.
+    /// M61 states which tool is in the spindle.
     pub(super) m61_sets: bool,
-    /// Where no M6 ever changed a tool, a second T may have.
+    /// If no M6 ever changed a tool, a second T may have changed it.
     pub(super) second_t_changes: bool,
 }
 
 impl ToolRules {
-    /// T makes a tool ready and M6 puts it in; so do statements that call a tool.
+    /// T makes a tool ready and M6 puts it into the spindle. Statements that call a tool also do so.
     pub(super) const CHANGED_BY_M6: Self =
         Self { t_may_change: false, d_is_edge: false, m61_sets: false, second_t_changes: false };
 }
 
 impl MotionRules {
-    /// A row to change: no code means anything, and a motion holds until another one is named.
+    /// A row to start from: no code has a meaning, and a motion holds until another motion is named.
     const PLAIN: Self = Self {
         feed: iso::FEED,
         g: |_| Meaning::Unknown,
@@ -135,7 +135,7 @@ impl MotionRules {
         }
     }
 
-    /// What a G code or a statement word means.
+    /// The meaning of a G code or a statement word.
     pub(super) fn meaning(&self, code: Code) -> Meaning {
         match code {
             Code::G(tenths) => (self.g)(tenths),
@@ -144,7 +144,7 @@ impl MotionRules {
         }
     }
 
-    /// What an M code means.
+    /// The meaning of an M code.
     pub(super) fn m_function(&self, code: Code) -> MFunction {
         match code {
             Code::M(tenths) => (self.m)(tenths),

@@ -1,7 +1,8 @@
-//! Codes of Okuma OSP for machining centres. Some have the number of an ISO code and another meaning: G15 and G16 select
-//! work coordinate systems, G53 to G56 tool lengths, G10 and G11 shift and turn the coordinates, G71 sets a level.
+//! Codes of Okuma OSP for machining centres. Some have the number of an ISO code but another meaning. G15 and G16
+//! select work coordinate systems, G53 to G56 select tool lengths, G10 and G11 shift and turn the coordinates, and G71
+//! sets a level.
 //!
-//! What is not in the table is not known, whatever it means in ISO programs.
+//! A code that is not in the table is not known, whatever it means in ISO programs.
 
 use super::{MotionRules, ToolRules, ToolWords};
 use crate::motion::meaning::{MFunction, Meaning};
@@ -10,7 +11,7 @@ use crate::motion::{FeedForm, FeedMode, FeedRules};
 use crate::program::Code;
 use crate::units::MM_PER_INCH;
 
-/// What OSP programs mean.
+/// The meaning of OSP programs.
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
@@ -23,17 +24,17 @@ pub(super) const RULES: MotionRules = MotionRules {
     ..MotionRules::PLAIN
 };
 
-/// What F means in them.
+/// The meaning of F in OSP programs.
 const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
-    // G04 takes its time by F.
+    // G04 takes its time from F.
     dwell_may_set_feed: true,
     modes: &[(Code::G(940), FeedMode::PerMinute, None), (Code::G(950), FeedMode::PerRevolution, None)],
     otherwise: &[Code::G(200), Code::G(210)],
 };
 
-/// The meaning of the G code of so many tenths.
+/// The meaning of a G code in tenths.
 fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
         Compensation, EndCycle, EndRotation, EndScaling, ExactStop, ExactStopHere, Feed, Incremental,
@@ -45,7 +46,7 @@ fn g_meaning(tenths: u32) -> Meaning {
         0 => Motion(Rapid),
         10 => Motion(Linear),
         20 | 30 => Motion(Arc),
-        // A dwell; the level that cycles return to.
+        // A dwell, and the level to which cycles return.
         40 | 710 => NoMotion,
         90 => ExactStopHere,
         610 => ExactStop(true),
@@ -58,7 +59,7 @@ fn g_meaning(tenths: u32) -> Meaning {
         170 => Plane(2),
         180 => Plane(1),
         190 => Plane(0),
-        // The control stops where its unit is another one.
+        // The control stops if its unit is another one.
         200 => Units(MM_PER_INCH),
         210 => Units(1.0),
         300 => Reference,
@@ -78,14 +79,14 @@ fn g_meaning(tenths: u32) -> Meaning {
         900 => Incremental(false),
         910 => Incremental(true),
         920 => Shift,
-        // Its block goes to a place with the length in force, by words of its own.
+        // The block goes to a place with the length in force, by its own words.
         1690 => TipControlApart(ToolLength::Tcp),
         1700 => TipControlApart(ToolLength::Plain),
         code => FEED.mode(Code::G(code)).map_or(Unknown, |(mode, _)| Feed(mode)),
     }
 }
 
-/// The meaning of an M code of so many tenths. Those of the machine's builder are taken to leave the path alone.
+/// The meaning of an M code in tenths. Codes of the machine's builder are assumed to leave the path unchanged.
 fn m_function(tenths: u32) -> MFunction {
     match tenths {
         20 | 300 => MFunction::End,
@@ -95,7 +96,7 @@ fn m_function(tenths: u32) -> MFunction {
 }
 
 #[cfg(test)]
-#[expect(clippy::float_cmp, reason = "values as they stand in the text, exact")]
+#[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 mod tests {
     use crate::machine::{Machine, Preset};
     use crate::motion::{Interpolation, Interpreter, InterpreterOptions, Motion, Unfollowable, WorkOffset};
@@ -124,7 +125,7 @@ mod tests {
         motions
     }
 
-    /// A start with a length along Z, and a place that is known.
+    /// A start with a length along Z and a known position.
     const BEGIN: &str = "$PART.MIN%\nOPART\nG15 H1\nT1 M6\nG90 G0 X0 Y0\nG56 Z50. H1\n";
 
     #[test]
@@ -134,7 +135,7 @@ mod tests {
         let offsets: Vec<_> = all.iter().map(|motion| motion.work_offset).collect();
         let [first, second] = [1, 2].map(|number| Some(WorkOffset::by_h(number)));
         assert_eq!(offsets, [first, first, first, second, second, second, second]);
-        // The length is known where nothing but the level changes; another number is another length.
+        // The length stays known if only the level changes. Another number is another length.
         assert_eq!(all[2].start.unwrap().linear_mm, [0.0, 0.0, 50.0]);
         assert!(all[4].start.is_some() && all[5].start.is_none());
         assert_eq!(all[6].end.unwrap().linear_mm, [1.0, 0.0, 6.0]);
@@ -143,10 +144,10 @@ mod tests {
 
     #[test]
     fn the_number_of_an_offset_is_no_length() {
-        // H2 of G15 comes between H1 and H2 of G56: the length changes at the second G56.
+        // H2 of G15 is between H1 and H2 of G56. The length changes at the second G56.
         let all = motions(&format!("{BEGIN}G15 H2\nG0 X0 Y0 Z9. A0 C0\nG56 X1. H2\n"));
         assert!(all[2].end.is_some());
-        assert!(all[3].start.is_none() && all[3].end.is_none(), "Z stands elsewhere behind another length");
+        assert!(all[3].start.is_none() && all[3].end.is_none(), "Z is elsewhere after another length");
     }
 
     #[test]
@@ -166,13 +167,13 @@ mod tests {
 
     #[test]
     fn levels_frames_and_axes_beside_the_five_are_no_motion_of_theirs() {
-        // G71 is no unit, and its Z no motion.
+        // G71 is not a unit, and its Z is not a motion.
         let all = motions(&format!("{BEGIN}G71 Z100.\nG1 X5. F100\n"));
         assert_eq!(all[2].end.unwrap().linear_mm, [5.0, 0.0, 50.0]);
         let all = motions(&format!("{BEGIN}G11 X5. P30.\nG1 X5. F100\nG10\nX0 Y0 Z0\nX1.\n"));
         assert_eq!(all[3].unfollowable, Some(Unfollowable::Transformation));
         assert_eq!(all[5].unfollowable, None);
-        // Z may count otherwise behind another place of W.
+        // Z may count in another way after W moves to another place.
         let all = motions(&format!("{BEGIN}G0 W3.\nX5.\nX6. Z5.\nX7.\n"));
         assert!(all[2].end.is_none() && all[4].start.is_none(), "{all:?}");
     }

@@ -8,7 +8,7 @@ use crate::motion::{FeedForm, FeedMode, FeedRules};
 use crate::program::{Code, Keyword};
 use crate::units::MM_PER_INCH;
 
-/// What Sinumerik programs mean.
+/// The meaning of Sinumerik programs.
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
@@ -20,7 +20,8 @@ pub(super) const RULES: MotionRules = MotionRules {
     ..MotionRules::PLAIN
 };
 
-/// What F means in them: the default of FGROUP are the geometry axes; under TRAORI they are the tip's.
+/// The meaning of F in Sinumerik programs. The default of FGROUP is the geometry axes; under TRAORI these are the axes
+/// of the tip.
 const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
@@ -38,7 +39,7 @@ const FEED: FeedRules = FeedRules {
     otherwise: &[Code::G(700), Code::G(710), Code::G(7000), Code::G(7100)],
 };
 
-/// The meaning of the G code of so many tenths.
+/// The meaning of a G code in tenths.
 fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
         Compensation, Feed, Harmless, Incremental, MachineCoordinates, Motion, MotionWithAxes, NoMotion,
@@ -50,9 +51,9 @@ fn g_meaning(tenths: u32) -> Meaning {
         10 => Motion(Linear),
         20 | 30 => Motion(Arc),
         330 | 340 | 350 | 3310 | 3320 | 3350 | 3360 => Motion(Thread),
-        // Tapping with a compensating chuck; approaching and leaving smoothly.
+        // Tapping with a compensating chuck, and smooth approach and retraction.
         630 | 1470 | 1480 | 2470 | 2480 | 3470 | 3480 => MotionWithAxes(Thread),
-        // Dwell, limits of the working area and of the spindle, poles of polar words.
+        // Dwell, limits of the working area and of the spindle, and poles of polar words.
         40 | 250 | 260 | 1100 | 1110 | 1120 => NoMotion,
         170 => Plane(2),
         180 => Plane(1),
@@ -66,7 +67,7 @@ fn g_meaning(tenths: u32) -> Meaning {
         540 => WorkOffsetByP(OffsetCode::of_tenths(tenths)),
         550 | 560 | 570 | 5000 => WorkOffset(OffsetCode::of_tenths(tenths)),
         5050..=5990 if tenths.is_multiple_of(10) => WorkOffset(OffsetCode::of_tenths(tenths)),
-        // Parts of the programmable frame, which no reset of it takes back for certain.
+        // Parts of the programmable frame. No reset of the frame is certain to take them back.
         580 | 590 => OtherShift,
         740 | 750 => Reference,
         900 => Incremental(false),
@@ -74,14 +75,14 @@ fn g_meaning(tenths: u32) -> Meaning {
         90 => Meaning::ExactStopHere,
         600 => Meaning::ExactStop(true),
         640 | 6410 | 6420 | 6430 | 6440 | 6450 => Meaning::ExactStop(false),
-        // How exact a stop is; corners and ends of compensated contours; ISO mode off.
+        // The precision of a stop; corners and ends of compensated contours; ISO mode off.
         6010 | 6020 | 6030 | 620 | 6210 | 4500 | 4510 | 4600 | 4610 | 4620 | 1400 | 1410 | 1420 | 1430
         | 3400 | 3410 | 2900 | 9620 | 9720 => Harmless,
         code => FEED.mode(Code::G(code)).map_or(Unknown, |(mode, _)| Feed(mode)),
     }
 }
 
-/// The meaning of an M code of so many tenths.
+/// The meaning of an M code in tenths.
 fn m_function(tenths: u32) -> MFunction {
     match tenths {
         20 | 170 | 300 => MFunction::End,
@@ -130,7 +131,7 @@ fn keyword_meaning(keyword: Keyword) -> Meaning {
         Keyword::ModalCallEnd => Meaning::EndModalCall,
         Keyword::Probing => Meaning::Probing,
         Keyword::PolarEnd => Meaning::PolarEnd,
-        // What is still `Named` here, nobody has told.
+        // A word that is still `Named` here has no known meaning.
         Keyword::MachineAxis | Keyword::Named => Meaning::OtherAxis,
         Keyword::ForeignAxis | Keyword::OtherCourse => Meaning::ForeignWord,
         Keyword::Assigned | Keyword::Declaration | Keyword::PlaneAngle => Meaning::Harmless,

@@ -1,4 +1,4 @@
-//! Small Sinumerik programs, every number worked out by hand.
+//! Small Sinumerik programs. Every number was computed by hand.
 
 use crate::machine::{Machine, Preset};
 use crate::motion::{
@@ -8,7 +8,7 @@ use crate::program::{
     Address, Batch, Diagnostics, Dialect, Keyword, ReadLimits, Reader, Severity, Word, WordForm,
 };
 
-/// Digits lost by sums and products of the control's functions [mm].
+/// Digits that sums and products of the control's functions lose [mm].
 const EXACT_MM: f64 = 1e-12;
 
 /// A and C tables through the origin, no limits.
@@ -38,7 +38,7 @@ fn interpreted(text: &str) -> (Interpreter, Vec<Motion>, Diagnostics) {
     (interpreter, motions, diagnostics)
 }
 
-/// The motions behind a line that makes all five axes known at zero.
+/// The motions after a line that makes all five axes known at zero.
 fn run(text: &str) -> Vec<Motion> {
     interpreted(&format!("G0 X0 Y0 Z0 A0 C0\n{text}")).1.split_off(1)
 }
@@ -59,7 +59,7 @@ fn assert_ends(text: &str, expected: &[[f64; 3]]) {
     }
 }
 
-/// The X that a value gives; `None` where it is not known.
+/// The X that a value gives; `None` if it is not known.
 fn x_of(before: &str, value: &str) -> Option<f64> {
     run(&format!("{before}\nG1 X={value} F100\n")).last().and_then(linear).map(|end| end[0])
 }
@@ -125,7 +125,7 @@ fn values_count_from_zero_or_from_the_place_before() {
         "G1 X=10.5 Y=2*3 Z=-(4+1) F1000\nX=IC(2) Y=AC(7) Z=IC(-1/2)\nG91 X1 Y=AC(0) Z=IC(1)\nG90 X=IC(1) X\n",
         &[[10.5, 6.0, -5.0], [12.5, 7.0, -5.5], [13.5, 0.0, -4.5]],
     );
-    // Degrees; a place of a rotary axis modulo 360 depends on where it stands.
+    // Degrees. The place of a rotary axis modulo 360 depends on its position.
     let motions = run("G1 C=AC(30) F100\nC=IC(400)\nC=DC(10)\n");
     let c: Vec<_> = motions.iter().map(|motion| motion.end.map(|end| end.rotary_deg[1])).collect();
     assert_eq!(c, [Some(30.0), Some(430.0), None]);
@@ -149,16 +149,16 @@ fn operators_have_the_priorities_of_the_manual() {
         ("7/2", 3.5),
         ("2EX2+1", 201.0),
         ("'HFF'-'B101'", 250.0),
-        // B_AND binds tighter than B_XOR, that tighter than B_OR: 12 | (10 ^ (6 & 3)) = 12 | 8.
+        // B_AND binds tighter than B_XOR, and B_XOR tighter than B_OR: 12 | (10 ^ (6 & 3)) = 12 | 8.
         ("12 B_OR 10 B_XOR 6 B_AND 3", 12.0),
-        // 1 + 2 is compared: comparisons are weakest.
+        // 1 + 2 is compared, because comparisons bind weakest.
         ("1+2==3", 1.0),
         // (NOT 1 OR (TRUE AND 4)) <> 4.
         ("NOT (3>2) OR TRUE AND 4<>4", 1.0),
     ] {
         assert_x("", value, expected);
     }
-    // What rounds, overflows or is not told of in the manuals is not known.
+    // A value that is rounded, overflows or is not described in the manuals is not known.
     for value in ["-7 DIV 2", "7 MOD 0", "1/0", "0.3 DIV 0.1", "0.1+0.2==0.3", "1EX300*1EX300", "SQRT(-1)"] {
         assert_eq!(x_of("", value), None, "{value}");
     }
@@ -195,7 +195,7 @@ fn variables_hold_what_the_program_gives_them() {
     assert_x("R[7]=4\nR8=R7+$R7", "R[8]", 8.0);
     assert_x("DEF REAL lAYER\nLAYER = 2.5", "Layer*2", 5.0);
     assert_x("DEF REAL A_B=1.5, C_D\nC_D=A_B*2", "A_B+C_D", 4.5);
-    // INT is rounded when it is assigned; what has no value is zero.
+    // INT is rounded when it is assigned. A variable without a value is zero.
     assert_x("DEF INT NN=9, MM\nNN=NN/2", "NN+MM", 5.0);
     assert_x("DEF INT F[2,3]=SET(1,2,3,4,5,6)", "F[1,0]*10+F[0,2]", 43.0);
     assert_x("DEF REAL G_[4]=(0.6,0.7,0.5,0.7)", "G_[1]", 0.7);
@@ -210,10 +210,10 @@ fn variables_hold_what_the_program_gives_them() {
         3.0,
     );
     assert_x("_GUD=3", "_GUD", 3.0);
-    // A value assigned in the block does not hold in the block.
+    // A value that a block assigns does not hold in the same block.
     assert_eq!(x_of("R1=1 R2=R1", "R2"), None);
     assert_eq!(run("R1=1\nG1 R1=2 X=R1 F100\n")[0].end, None);
-    // Never assigned, of the run, out of bounds, or perhaps skipped.
+    // Never assigned, known only at run time, out of bounds, or perhaps skipped.
     for (before, value) in [
         ("", "R99"),
         ("", "$AA_IM[X]"),
@@ -238,7 +238,7 @@ fn a_value_that_is_not_known_leaves_its_motion_alone_until_an_absolute_word() {
 
 #[test]
 fn names_that_the_program_does_not_declare_may_be_axes() {
-    // E1 and ELX are none of the machine's five; X1 and XH may be one of them.
+    // E1 and ELX are not among the machine's five axes. X1 and XH may be.
     let motions = run("G1 X1 ELX=5 F100\nX2\nX1=7\nX3\nXH=8\nX4\n");
     let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
     let odd = Some(Unfollowable::ControlWord);
@@ -255,7 +255,7 @@ fn programmable_offsets_are_told_and_keep_places_apart() {
     let changed: Vec<_> = motions.iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, true, true, false]);
     assert!(motions[1].start.is_none() && linear(&motions[1]) == Some([1.0, 1.0, 0.0]));
-    // Where the axes stand behind a rotation is not known, nor an offset along turned axes.
+    // After a rotation the axis positions are not known, and neither is an offset along turned axes.
     let motions = run("ROT Z30\nG1 X1 Y1 Z0 F100\nATRANS X5\nX2\nROT\nX1 Y1 Z1\nROT RPL=45\nX2\nTRANS\nX1\n");
     let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
     let turned = Some(Unfollowable::Transformation);
@@ -291,7 +291,7 @@ fn another_transformation_than_the_first_is_left_alone_until_it_is_off() {
             let motions = run(&format!("{before}{on}\nX2\nX3 A3=0 B3=0 C3=1\n{off}\nX4 Y4 Z4 A1 C1\nX5\n"));
             let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
             assert_eq!(left, [None, other, other, None, None], "{on} {off}");
-            // Nobody knows where the tip stands when it ends; the modes are as they were.
+            // When it ends, the position of the tip is not known. The modes are as before.
             assert!(motions[3].start.is_none() && motions[4].start.is_some(), "{on} {off}");
             assert_eq!(motions[4].feed.value, Some(100.0));
         }
@@ -315,13 +315,13 @@ fn arcs_with_further_turns_are_followed_to_their_ends() {
         ("X0 Y10 Z-1 CR=10 TURN = 12", (arc, Some(12), None, Carried)),
         ("X0 Y10 Z-1 CR=10 TURN=R2", (arc, Some(3), None, Carried)),
         ("X0 Y10 Z-1 I-10 J0", (arc, None, None, Carried)),
-        // A centre that is a place stays where it is when the ends move.
+        // A centre that is a place stays at its position when the ends move.
         ("X10 Y0 Z-1 I=AC(0) J=AC(0) TURN=1", (arc, Some(1), None, Centre)),
         ("X10 Y0 Z-1 I=AC(0) J=IC(0)", (arc, None, None, Centre)),
     ] {
         assert_eq!(turns(block), expected, "{block}");
     }
-    // What is no number of circles, and circles of a straight line.
+    // A value that is not a number of circles, and circles in a straight line.
     let odd = Some(Unfollowable::ControlWord);
     for block in [
         "X0 Y10 Z-1 I-10 J0 TURN=.5",
@@ -351,7 +351,7 @@ fn an_argument_in_brackets_stays_with_its_m_code() {
         .map(|word| batch.word_text(word))
         .collect();
     assert_eq!(texts, [&b"M202(0.0059)"[..], b"M202(0.5,(3))", b"M203 (7)", b"H5(1)", b"M=8(1)"]);
-    // Words of axes have no arguments, and a bracket has to be closed.
+    // Words of axes have no arguments, and a bracket must be closed.
     for text in ["G1 X(5)\n", "M202(0.5\n", "G1(5)\n"] {
         let (_, _, diagnostics) = interpreted(text);
         assert_eq!(diagnostics.count(Severity::Refusal), 1, "{text}");
@@ -382,7 +382,8 @@ fn cycles_and_calls_are_left_alone() {
     );
     let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
     assert_eq!(left, [cycle, None, None, Some(Unfollowable::ModalCall), None, None]);
-    // Modes outlive a standard cycle and are unknown behind a call; what does nothing for the path is no motion.
+    // Modes stay after a standard cycle and are unknown after a call. A statement without an effect on the path is not
+    // a motion.
     let (_, motions, diagnostics) = interpreted(
         "G0 X0 Y0 Z0 A0 C0\nCYCLE832(0.02,1,1)\nCYCLE800()\nSTOPRE\nMSG(\"N10 ; X5\")\nFFWON SOFT COMPCAD\nG1 X1 F100\nSUB_5 P3\nX2\n",
     );
@@ -434,9 +435,9 @@ fn units_feeds_and_offsets_are_those_of_the_control() {
     assert!((x[0] - 25.4).abs() < 1e-12 && x[1..4] == [1.0, 2.0, 3.0]);
     let modes: Vec<_> = motions.iter().map(|motion| motion.feed.mode.unwrap()).collect();
     assert_eq!(modes[1..4], [FeedMode::PerMinute, FeedMode::InverseTime, FeedMode::PerRevolution]);
-    assert!(motions[4].offset_changed && motions[4].end.is_none(), "nobody knows what was in force before");
+    assert!(motions[4].offset_changed && motions[4].end.is_none(), "the offset before it is not known");
     assert!(motions[5].offset_changed && motions[5].end.is_none());
-    // F of a dwell is a time of its own.
+    // F of a dwell is a separate time.
     let motions = run("G1 X1 F100\nG4 F2\nX2\n");
     assert_eq!(motions[1].feed.value, Some(100.0));
     let motions = run("G1 X1 F=R1\nR1=300\nF=R1*2\nX2\n");

@@ -4,7 +4,7 @@ use super::CalledTool::{Changed, NotCalled, Selected};
 use super::*;
 use crate::program::{Dialect, ReadLimits, Reader};
 
-/// The tool behind each line of a program.
+/// The tool after each line of a program.
 fn tools(dialect: Dialect, text: &str) -> Vec<CalledTool> {
     let mut reader = Reader::new(Some(dialect), ReadLimits::default());
     reader.feed(text.as_bytes());
@@ -24,7 +24,7 @@ fn tools(dialect: Dialect, text: &str) -> Vec<CalledTool> {
 
 const UNKNOWN: CalledTool = CalledTool::Unknown(0);
 
-/// The tool. All unknown tools count as the same one.
+/// The tool. All unknown tools count as the same tool.
 fn told(tool: CalledTool) -> CalledTool {
     if matches!(tool, CalledTool::Unknown(_)) { UNKNOWN } else { tool }
 }

@@ -1,4 +1,4 @@
-//! States of a control that look ended and are not, and values that look known and are not: one test a rule.
+//! States of a control that only seem to have ended, and values that only seem to be known: one test for each rule.
 
 use super::*;
 use crate::machine::{Machine, Preset};
@@ -28,13 +28,13 @@ fn motions(dialect: Dialect, text: &str) -> Vec<Motion> {
     motions_on(&machine("ac-table"), InterpreterOptions::in_mm(), dialect, text)
 }
 
-/// Behind a motion that makes all axes known: X1 Y2 Z3 A0 C0.
+/// After a motion that makes all axes known: X1 Y2 Z3 A0 C0.
 fn heidenhain(text: &str) -> Vec<Motion> {
     let head = "BEGIN PGM T MM\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\n";
     motions(Dialect::Heidenhain, &format!("{head}{text}")).split_off(1)
 }
 
-/// Behind a block that makes all axes known, at zero.
+/// After a block that makes all axes known, at zero.
 fn iso(text: &str) -> Vec<Motion> {
     motions(Dialect::Iso, &format!("G0 X0 Y0 Z0 A0 C0\nG1 F500\n{text}")).split_off(1)
 }
@@ -261,7 +261,7 @@ fn every_system_of_an_operation_is_a_set_up_of_its_own() {
     let text = format!("{first}GOTO/1,1,1\n{first}GOTO/2,1,1\n{second}GOTO/3,1,1\n");
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
-    // The machining axes of some systems stand in comments.
+    // Some systems state the machining axes in comments.
     let matrix = |z: &str| {
         format!(
             "$$*CATIA0\n$$ Operation.1\n$$  1.0 0.0 0.0 0.0\n$$  0.0 1.0 0.0 0.0\n$$  0.0 0.0 1.0 {z}\nPARTNO A\n"
@@ -271,12 +271,12 @@ fn every_system_of_an_operation_is_a_set_up_of_its_own() {
     let text = format!("{first_axes}GOTO/1,1,1\n{first_axes}GOTO/2,1,1\n{second_axes}GOTO/3,1,1\n$$ 1 2 3\n");
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
-    // An axis stated in one system says nothing in another.
+    // An axis that is stated in one system has no meaning in another.
     let text = format!("{first}MULTAX/ON\nGOTO/1,1,1,0,.6,.8\n{second}GOTO/3,1,1\n");
     assert_eq!(apt(&text)[1].tool_axis, None);
 }
 
-/// What is said of the last motion of an ISO program, and whether its start is known.
+/// The reason for the last motion of an ISO program, and whether its start is known.
 fn last_on(dialect: Dialect, text: &str) -> (Option<Unfollowable>, bool) {
     let motions = motions(dialect, text);
     let last = motions.last().unwrap();

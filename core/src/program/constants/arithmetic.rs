@@ -1,15 +1,16 @@
-//! The functions of parameter arithmetic, angles in degrees as controls take them. `None`: not defined there.
+//! The functions of parameter arithmetic, with angles in degrees as controls take them. `None`: the function has no
+//! value there.
 //!
-//! Powers and logarithms are series of our own, so that a program reads the same on every platform.
+//! Powers and logarithms use our own series, so that a program reads the same on every platform.
 
 use crate::geometry::trig;
 
 /// ln 2 in two parts: the first has so few digits that its multiples are exact.
 const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
-/// Beyond these `exp` is infinite or zero.
+/// Outside ± this value, `exp` is infinite or zero.
 const MAX_EXPONENT: f64 = 709.0;
-/// Whole powers up to this are products.
+/// Whole powers up to this number are computed as products.
 const MAX_PRODUCT: f64 = 1024.0;
 
 /// Sine of an angle in degrees.
@@ -43,12 +44,12 @@ pub(in crate::program) fn atan2_deg(y: f64, x: f64) -> f64 {
     trig::atan2(y, x).to_degrees()
 }
 
-/// Square root of what is not negative.
+/// Square root of a value that is not negative.
 pub(in crate::program) fn sqrt(value: f64) -> Option<f64> {
     (value >= 0.0).then(|| value.sqrt())
 }
 
-/// Natural logarithm of what is positive.
+/// Natural logarithm of a positive value.
 pub(in crate::program) fn ln(value: f64) -> Option<f64> {
     if !(value > 0.0 && value.is_finite()) {
         return None;
@@ -69,7 +70,7 @@ pub(in crate::program) fn ln(value: f64) -> Option<f64> {
     Some(exponent * LN_2_HIGH + (2.0 * s * series + exponent * LN_2_LOW))
 }
 
-/// e to the power of `value`; not defined where it is beyond all numbers.
+/// e to the power of `value`; not defined if the result is too large for a number.
 pub(in crate::program) fn exp(value: f64) -> Option<f64> {
     if value.is_nan() || value > MAX_EXPONENT {
         return None;
@@ -83,7 +84,7 @@ pub(in crate::program) fn exp(value: f64) -> Option<f64> {
     Some(product(if halvings < 0.0 { 0.5 } else { 2.0 }, halvings.abs()) * series)
 }
 
-/// `base` to the power of `exponent`: a product for whole exponents, else of a base that is not negative.
+/// `base` to the power of `exponent`. For whole exponents it is a product; otherwise the base must not be negative.
 pub(in crate::program) fn power(base: f64, exponent: f64) -> Option<f64> {
     let value = if exponent.abs() <= MAX_PRODUCT && exponent.fract() == 0.0 {
         let value = product(base, exponent.abs());
@@ -109,7 +110,7 @@ fn product(mut base: f64, mut count: f64) -> f64 {
     value
 }
 
-/// The same direction between −360° and 360°.
+/// The same direction, between −360° and 360°.
 fn reduced(angle_deg: f64) -> Option<f64> {
     angle_deg.is_finite().then_some(angle_deg % 360.0)
 }
@@ -118,7 +119,7 @@ fn reduced(angle_deg: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Of the largest result: a few units in the last place.
+    /// Share of the largest result: a few units in the last place.
     const RELATIVE: f64 = 1e-14;
 
     #[test]

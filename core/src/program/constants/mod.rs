@@ -1,12 +1,13 @@
-//! Parameters, variables and arithmetic whose value is fixed by the text alone: expressions become numbers block by
-//! block, in the order of the program. What depends on the run (positions, inputs, system variables) stays unknown.
+//! Parameters, variables and arithmetic whose values follow from the text alone. Expressions become numbers block by
+//! block, in the order of the program. Values that depend on the run (positions, inputs, system variables) stay
+//! unknown.
 
 pub(super) mod arithmetic;
 
 use super::dialect::{Arithmetic, heidenhain, iso, siemens};
 use super::{Batch, Dialect};
 
-/// What a program's own parameters stand at.
+/// The present values of a program's own parameters.
 #[derive(Debug, Clone)]
 pub struct Constants {
     grammar: Grammar,
@@ -22,7 +23,7 @@ enum Grammar {
 }
 
 impl Constants {
-    /// Nothing assigned yet, in a program of this dialect.
+    /// The parameters of a program of this dialect before any assignment.
     #[must_use]
     pub fn new(dialect: Dialect) -> Self {
         let grammar = match dialect.rules().arithmetic {
@@ -34,7 +35,7 @@ impl Constants {
         Self { grammar }
     }
 
-    /// Goes through the blocks of a batch, the program's next one: expressions whose value is fixed become
+    /// Goes through the blocks of a batch, which must be the program's next one. Expressions with a fixed value become
     /// [`super::WordForm::Evaluated`] (or `Absolute`, `Incremental`) words.
     pub fn evaluate(&mut self, batch: &mut Batch) {
         match &mut self.grammar {

@@ -1,4 +1,4 @@
-//! Which dialect a text is, by unmistakable marks, and where the program proper starts.
+//! The dialect of a text, found by unmistakable marks, and the line where the actual program starts.
 
 use super::foreign::{ForeignDialect, Marks};
 use super::line::Source;
@@ -7,22 +7,22 @@ use super::{Dialect, csv, iso, okuma};
 use crate::program::line::is_blank;
 use crate::program::{Address, Batch, BlockKind, WordForm};
 
-/// Lines looked at.
+/// The most lines that are examined.
 pub(in crate::program) const MAX_LINES: usize = 200;
-/// Bytes looked at.
+/// The most bytes that are examined.
 pub(in crate::program) const MAX_BYTES: usize = 64 * 1024;
 
-/// What the beginning of a text tells.
+/// The facts from the beginning of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::program) struct Opening {
     pub(in crate::program) dialect: Dialect,
-    /// Lines before the program proper.
+    /// Lines before the actual program.
     pub(in crate::program) banner_lines: u64,
-    /// A dialect that is not read, and the line that shows it.
+    /// A dialect that the service does not read, and the line that shows it.
     pub(in crate::program) foreign: Option<(ForeignDialect, u64)>,
 }
 
-/// Looks at the first whole lines of a text. `wanted` is taken without asking.
+/// Examines the first whole lines of a text. `wanted` is accepted without a check.
 pub(in crate::program) fn opening(text: &[u8], wanted: Option<Dialect>) -> Opening {
     let shown = match wanted {
         Some(dialect) => Shown::Dialect(dialect),
@@ -38,11 +38,11 @@ pub(in crate::program) fn opening(text: &[u8], wanted: Option<Dialect>) -> Openi
     Opening { dialect, banner_lines, foreign }
 }
 
-/// What a text shows.
+/// The dialect that a text shows.
 #[derive(Debug, Clone, Copy)]
 enum Shown {
     Dialect(Dialect),
-    /// One that is not read, in this line.
+    /// A dialect that is not read, shown in this line.
     Foreign(ForeignDialect, u64),
 }
 
@@ -55,8 +55,9 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').take(MAX_LINES)
 }
 
-/// The dialect that the first unmistakable line shows; without one, OSP where two lines do, Sinumerik where words have `=` behind their
-/// letters and no line begins like an ISO program or a template, else ISO.
+/// The dialect that the first unmistakable line shows. Without such a line it is OSP if two lines show OSP. It is
+/// Sinumerik if words have `=` after their letters and no line begins like an ISO program or a template. Otherwise it
+/// is ISO.
 fn marked(text: &[u8]) -> Shown {
     let is_other = |line: &[u8]| {
         let line = line.trim_ascii_start();
@@ -87,12 +88,12 @@ fn mark(line: &[u8]) -> Option<Dialect> {
     Dialect::ALL.into_iter().find(|dialect| (dialect.rules().is_shown_by)(line))
 }
 
-/// Whether no name goes on at a byte.
+/// Whether no name continues at this byte.
 pub(super) fn ends_word(text: &[u8], at: usize) -> bool {
     text.get(at).is_none_or(|byte| !byte.is_ascii_alphanumeric() && *byte != b'_')
 }
 
-/// The line from behind its block number on.
+/// The line after its block number.
 pub(super) fn without_number(line: &[u8]) -> &[u8] {
     match line {
         [b'N' | b'n', rest @ ..] if rest.first().is_some_and(u8::is_ascii_digit) => {
@@ -103,12 +104,12 @@ pub(super) fn without_number(line: &[u8]) -> &[u8] {
     }
 }
 
-/// Whether a line begins so, in letters of any size.
+/// Whether a line begins with this mark, in upper or lower case.
 pub(super) fn starts(line: &[u8], mark: &[u8]) -> bool {
     line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark))
 }
-/// How many lines stand before the first `%`, or else the first O number, if they do not look like blocks: none of
-/// them has words, and one at least cannot be read.
+/// The number of lines before the first `%`, or otherwise the first O number, if they do not look like blocks. They do
+/// not if none of them has words and at least one cannot be read.
 fn banner_lines(text: &[u8]) -> u64 {
     let mut batch = Batch::new();
     let mut at = 0;
@@ -138,7 +139,7 @@ fn banner_before(batch: &Batch, mark: u64) -> u64 {
     let mut before = batch.blocks().iter().take_while(|block| block.line < mark);
     let mut unreadable = false;
     let readable = before.any(|block| {
-        // `Operator` is a word for people, and would be the name of a program elsewhere.
+        // `Operator` is a word for people, but it would be the name of a program elsewhere.
         let is_name = matches!(batch.words(block), [word] if word.form == WordForm::Name);
         unreadable |= block.kind == BlockKind::Malformed || is_name;
         !is_name && !matches!(block.kind, BlockKind::Malformed | BlockKind::Blank | BlockKind::Comment)

@@ -1,15 +1,15 @@
-//! Dialects that are recognised and not read, by marks that no text of a dialect that is read has.
+//! Dialects that the service recognises but does not read. Their marks occur in no text of a dialect that is read.
 //!
-//! What is not told for certain is not told at all: the text is then read as the dialect that it looks like.
+//! If a mark is not certain, no foreign dialect is reported. The text is then read as the dialect that it looks like.
 
 use super::detect::{ends_word, starts, without_number};
 use super::okuma;
 use std::fmt;
 
-/// A dialect that is told apart, to be called by its name, and not read.
+/// A dialect that is recognised so that it can be named, but that is not read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForeignDialect {
-    /// `%PM9001`: G93 there is a shift of the zero point, and centres of arcs are places.
+    /// `%PM9001`: in this dialect G93 shifts the zero point, and centres of arcs are places.
     MillPlus,
     /// `%4711 G71 *`: blocks in the letters of ISO that end with `*`.
     HeidenhainDin,
@@ -17,7 +17,7 @@ pub enum ForeignDialect {
     Okuma,
     /// The printed list of units of a conversational program.
     Mazatrol,
-    /// `%NAME,MX--,`: statements stand in round brackets there, where ISO has comments.
+    /// `%NAME,MX--,`: in this dialect statements are in round brackets, where ISO has comments.
     Fagor,
     /// `#RTCP ON`, `#VAR`.
     HashStatements,
@@ -45,17 +45,17 @@ impl fmt::Display for ForeignDialect {
     }
 }
 
-/// What the lines of a text so far tell.
+/// The marks of the text's lines so far.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Marks {
     has_lines: bool,
-    /// The first line with something on it was `%` and a whole number.
+    /// The first line that is not empty was `%` and a whole number.
     has_number_head: bool,
-    /// There was `%MPF 90` or `%SPF 90`.
+    /// The text has had `%MPF 90` or `%SPF 90`.
     has_old_head: bool,
 }
 
-/// Statements of Fagor 8070 and ISG controls behind their `#`.
+/// Statements of Fagor 8070 and ISG controls after their `#`.
 const HASH_STATEMENTS: [&[u8]; 10] = [
     b"RTCP ON",
     b"RTCP OFF",
@@ -68,11 +68,11 @@ const HASH_STATEMENTS: [&[u8]; 10] = [
     b"TOOL ORI",
     b"VAR",
 ];
-/// Statements of OSAI controls with their comma.
+/// Statements of OSAI controls, with their comma.
 const OSAI: [&[u8]; 4] = [b"(UAO,", b"(UTO,", b"(UIO,", b"(UCG,"];
 
 impl Marks {
-    /// The dialect that this line shows, the next one of the text.
+    /// The dialect that this line, the next one of the text, shows.
     pub(super) fn see(&mut self, line: &[u8]) -> Option<ForeignDialect> {
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line).trim_ascii();
         if line.is_empty() {
@@ -105,7 +105,7 @@ impl Marks {
         (self.has_old_head && is_cycle).then_some(ForeignDialect::OldSinumerik)
     }
 
-    /// A line that begins with `%`, from behind it on.
+    /// The part after the `%` of a line that begins with `%`.
     fn head(&mut self, head: &[u8], is_first: bool) -> Option<ForeignDialect> {
         let is_number = |text: &[u8]| !text.is_empty() && text.iter().all(u8::is_ascii_digit);
         let word = head.split(|byte| matches!(byte, b' ' | b'\t' | b'(')).next().unwrap_or_default();
@@ -130,12 +130,12 @@ impl Marks {
     }
 }
 
-/// Whether a word stands between blanks.
+/// Whether the line has this word between blanks.
 fn has_word(line: &[u8], wanted: &[u8]) -> bool {
     line.split(u8::is_ascii_whitespace).any(|word| word.eq_ignore_ascii_case(wanted))
 }
 
-/// `G79 N100`, `G79 L1>5 N100`, `G77 H9001`, `L1=5`, `E80000=1`: with a number at the head of the program.
+/// `G79 N100`, `G79 L1>5 N100`, `G77 H9001`, `L1=5`, `E80000=1`, in a program with a number at its head.
 fn is_num(statement: &[u8]) -> bool {
     let code = |name: &[u8]| starts(statement, name) && ends_word(statement, name.len());
     let has = |letters: &[u8]| {

@@ -1,5 +1,5 @@
-//! A line, or a statement of several lines, on its way into a batch: every dialect adds its words and its block with
-//! this.
+//! A line, or a statement of several lines, on its way into a batch. Every dialect adds its words and its block with
+//! this type.
 
 use super::LineRead;
 use super::number::Number;
@@ -10,46 +10,47 @@ use crate::program::{
     Word, WordForm,
 };
 
-/// Most words of a line or a statement: controls take a few dozen.
+/// The most words of a line or a statement. Controls take a few dozen.
 pub(super) const MAX_WORDS: usize = 256;
-/// Most physical lines of a statement.
+/// The most physical lines of a statement.
 const MAX_LINES: u64 = 200;
-/// Addresses that may stand several times in a block: G (statement words, too), M, N.
+/// Addresses that may occur several times in a block: G (also statement words), M, N.
 pub(super) const REPEATABLE: u32 =
     (1 << Address::G.index()) | (1 << Address::M.index()) | (1 << Address::N.index());
 
-/// A line that has to be read.
+/// A line to be read.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::program) struct Source<'a> {
-    /// The text so far, as far as its lines are whole.
+    /// The text so far, up to its last whole line.
     pub(in crate::program) text: &'a [u8],
-    /// Where the line starts in it.
+    /// The start of the line in it.
     pub(in crate::program) start: usize,
-    /// Added (wrapping) to a position in `text` to get one in the batch's text.
+    /// The difference (wrapping) from a position in `text` to a position in the batch's text.
     pub(in crate::program) shift: usize,
     /// 1-based line of the upload.
     pub(in crate::program) line: u64,
-    /// There is no more text.
+    /// No more text follows.
     pub(in crate::program) is_last: bool,
 }
 
 /// The physical lines of a statement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Extent {
-    /// One past the last byte before the last line's ending.
+    /// One after the last byte before the last line's ending.
     pub(super) body_end: usize,
-    /// Where the next statement starts.
+    /// Start of the next statement.
     pub(super) next: usize,
     pub(super) lines: u64,
 }
 
 impl Extent {
-    /// One line, whose end is found where its words end.
+    /// One line. Its end is found at the end of its words.
     pub(super) const ONE_LINE: Self = Self { body_end: usize::MAX, next: 0, lines: 1 };
 }
 
-/// Joins lines as long as `runs_on` says so, given a line (without its ending) and all text behind its ending; `None`
-/// where that needs text that is not there yet. `runs_on` answers `None` where the next line decides and is missing.
+/// Joins lines as long as `runs_on` says so. `runs_on` gets a line (without its ending) and all text after the ending.
+/// It answers `None` if the next line decides and is missing. The result is `None` if it needs text that has not
+/// arrived yet.
 pub(super) fn extent(
     text: &[u8],
     start: usize,
@@ -79,19 +80,19 @@ pub(super) fn extent(
     }
 }
 
-/// A line or a statement while it is read.
+/// A line or a statement that is being read.
 pub(super) struct Line<'a> {
-    /// The text up to the end of the statement; of a line whose end is not known, all.
+    /// The text up to the end of the statement. If the end of a line is not known, all the text.
     pub(super) text: &'a [u8],
     pub(super) at: usize,
     pub(super) start: usize,
     pub(super) extent: Extent,
-    /// Added to a position in `text` to get one in the batch's text.
+    /// The difference from a position in `text` to a position in the batch's text.
     shift: usize,
     number: u64,
     first_word: usize,
     batch: &'a mut Batch,
-    /// Addresses seen, by index, and those of them that may be seen again.
+    /// Addresses seen so far, by index, and the addresses that may be seen again.
     seen: u32,
     repeatable: u32,
     pub(super) flags: BlockFlags,
@@ -118,7 +119,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// The byte at `at`, or a line end behind the text.
+    /// The byte at `at`, or a line end after the text.
     #[inline]
     pub(super) fn byte(&self, at: usize) -> u8 {
         self.text.get(at).copied().unwrap_or(b'\n')
@@ -130,13 +131,13 @@ impl<'a> Line<'a> {
         self.text.get(from..to.min(self.text.len())).unwrap_or_default()
     }
 
-    /// Where the line or the statement ends, its line ending left out. Its present position is in it.
+    /// The end of the line or the statement, without its line ending. The present position is in this line.
     #[inline]
     pub(super) fn end(&self) -> usize {
         if self.extent.body_end == usize::MAX { line_end(self.text, self.at) } else { self.extent.body_end }
     }
 
-    /// One past the blanks that start at `at`.
+    /// One after the blanks that start at `at`.
     #[inline]
     pub(super) fn blanks_end(&self, mut at: usize) -> usize {
         while matches!(self.byte(at), b' ' | b'\t') {
@@ -150,7 +151,7 @@ impl<'a> Line<'a> {
         self.at = self.blanks_end(self.at);
     }
 
-    /// One past the letters that start at `at`.
+    /// One after the letters that start at `at`.
     #[inline]
     pub(super) fn letters_end(&self, mut at: usize) -> usize {
         while self.byte(at).is_ascii_alphabetic() {
@@ -159,13 +160,13 @@ impl<'a> Line<'a> {
         at
     }
 
-    /// Goes to the end.
+    /// Moves to the end.
     #[inline]
     pub(super) fn skip_all(&mut self) {
         self.at = self.end();
     }
 
-    /// Whether this is the first line of the upload, and nothing of it was read yet but a byte order mark stands here.
+    /// Whether this is the first line of the upload, nothing of it has been read yet, and a byte order mark is here.
     #[inline]
     pub(super) fn is_at_byte_order_mark(&self) -> bool {
         self.number == 1
@@ -173,31 +174,31 @@ impl<'a> Line<'a> {
             && self.text.get(self.at..).is_some_and(|rest| rest.starts_with(b"\xef\xbb\xbf"))
     }
 
-    /// Its words so far.
+    /// The words of the line so far.
     #[inline]
     pub(super) fn words(&self) -> &[Word] {
         self.batch.words.get(self.first_word..).unwrap_or_default()
     }
 
-    /// The last of them.
+    /// The last word so far.
     #[inline]
     pub(super) fn last_word(&mut self) -> Option<&mut Word> {
         self.batch.words.get_mut(self.first_word..).and_then(<[Word]>::last_mut)
     }
 
-    /// Whether nothing but blanks has been read.
+    /// Whether only blanks have been read.
     #[inline]
     pub(super) fn is_untouched(&self) -> bool {
         self.words().is_empty() && self.flags == BlockFlags::default() && self.kind.is_none()
     }
 
-    /// Whether there is no word but a block number so far.
+    /// Whether the line has no word except a block number so far.
     #[inline]
     pub(super) fn has_only_number(&self) -> bool {
         self.words().iter().all(|word| word.address == Address::N)
     }
 
-    /// Whether nothing but blanks and a block number stands before the present position.
+    /// Whether only blanks and a block number are before the present position.
     #[inline]
     pub(super) fn opens(&self) -> bool {
         self.has_only_number() && self.flags == BlockFlags::default() && self.kind.is_none()
@@ -226,7 +227,7 @@ impl<'a> Line<'a> {
             return self.fail_full();
         }
         if word.form == WordForm::Comma {
-            // `,R2` is no second R.
+            // `,R2` is not a second R.
             self.flags.set(BlockFlags::COMMA);
         } else {
             let bit = 1 << word.address.index();
@@ -241,7 +242,7 @@ impl<'a> Line<'a> {
         self.batch.words.push(word);
     }
 
-    /// Gives up what has as many words as are read.
+    /// Fails a line that already has the largest number of words.
     #[cold]
     fn fail_full(&mut self) {
         let end = self.end();
@@ -255,7 +256,7 @@ impl<'a> Line<'a> {
         self.push(Word::of_keyword(keyword, start, end));
     }
 
-    /// Adds a word with a number whose sign was read apart; `lead` bytes stand before both from `start` on.
+    /// Adds a word with a number whose sign was read separately. `lead` bytes are between `start` and the sign.
     #[inline]
     pub(super) fn unsigned_word(
         &mut self,
@@ -268,7 +269,7 @@ impl<'a> Line<'a> {
         self.at = number.end;
         self.note_number(number.has_point, number.has_whole);
         self.push(Word {
-            // 0 − 0 is +0: a negative zero never enters.
+            // 0 − 0 is +0, so a negative zero never gets in.
             value: if is_negative { 0.0 - number.value } else { number.value },
             start: self.in_batch(start),
             end: self.in_batch(number.end),
@@ -280,7 +281,7 @@ impl<'a> Line<'a> {
         });
     }
 
-    /// Adds a word with a number; `lead` bytes stand before it from `start` on.
+    /// Adds a word with a number. `lead` bytes are between `start` and the number.
     #[inline]
     pub(super) fn number_word(
         &mut self,
@@ -341,13 +342,13 @@ impl<'a> Line<'a> {
         self.lead_by(lead);
     }
 
-    /// Adds a word with a name in place of a number, which begins `lead` bytes behind `start`.
+    /// Adds a word with a name instead of a number. The name begins `lead` bytes after `start`.
     pub(super) fn name(&mut self, address: Address, start: usize, lead: usize, end: usize) {
         self.odd_word(address, WordForm::Name, start, end, 0.0);
         self.lead_by(lead);
     }
 
-    /// The value of the last word begins so many bytes behind its start.
+    /// The value of the last word begins `lead` bytes after its start.
     fn lead_by(&mut self, lead: usize) {
         if self.kind != Some(BlockKind::Malformed)
             && let Some(word) = self.last_word()
@@ -356,7 +357,7 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Says what the line as a whole is; the rest of it is walked over, its comment apart.
+    /// Sets the kind of the whole line. The rest of the line is skipped, except its comment.
     pub(super) fn settle(&mut self, kind: BlockKind) {
         if self.kind != Some(BlockKind::Malformed) {
             self.kind = Some(kind);
@@ -364,7 +365,7 @@ impl<'a> Line<'a> {
         self.skip_all();
     }
 
-    /// Gives it up: its words are dropped, the first reason is kept.
+    /// Fails the line: its words are removed, and the first reason is kept.
     pub(super) fn fail(&mut self, code: DiagnosticCode, start: usize, end: usize) {
         if self.kind == Some(BlockKind::Malformed) {
             return;
@@ -381,7 +382,7 @@ impl<'a> Line<'a> {
         self.skip_all();
     }
 
-    /// Fails at `start` with the text from there on.
+    /// Fails at `start` with the text from `start` on.
     #[cold]
     pub(super) fn fail_with(&mut self, code: fn(Excerpt) -> DiagnosticCode, start: usize) {
         let end = self.end().max(start);
@@ -394,26 +395,26 @@ impl<'a> Line<'a> {
         self.fail_with(|text| DiagnosticCode::UnexpectedText { text }, start);
     }
 
-    /// Fails with the text from `start` on, where a number is missing.
+    /// Fails with the text from `start` on, because a number is missing.
     #[cold]
     pub(super) fn fail_number(&mut self, start: usize) {
         self.fail_with(|text| DiagnosticCode::MissingNumber { text }, start);
     }
 
-    /// Fails with the text from `start` on, where something is not closed.
+    /// Fails with the text from `start` on, because something is not closed.
     #[cold]
     pub(super) fn fail_unclosed(&mut self, start: usize) {
         self.fail_with(|text| DiagnosticCode::Unclosed { text }, start);
     }
 
-    /// Fails with a number that no machine has use for.
+    /// Fails with a number that is too large for any machine.
     #[cold]
     pub(super) fn fail_too_large(&mut self, address: Address, value: f64, start: usize, end: usize) {
         let value = value.clamp(f64::MIN, f64::MAX);
         self.fail(DiagnosticCode::TooLarge { address, value, max_abs: MAX_MAGNITUDE }, start, end);
     }
 
-    /// Adds the block; `kind` is what it is unless it was said before. A line ends at the present position.
+    /// Adds the block. `kind` is its kind unless another kind was set before. A line ends at the present position.
     #[inline]
     pub(super) fn close(self, kind: BlockKind) -> LineRead {
         let kind = self.kind.unwrap_or(kind);

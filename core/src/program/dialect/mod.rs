@@ -1,5 +1,5 @@
-//! The dialects: which texts are read, and how a line of each becomes words. What is true of one dialect alone is in its
-//! folder, and its row of rules in the folder's `mod.rs`.
+//! The dialects: which texts are read, and how a line of each becomes words. Facts that hold for only one dialect are
+//! in its folder. Its row of rules is in the folder's `mod.rs`.
 
 mod apt;
 mod csv;
@@ -23,7 +23,7 @@ use std::fmt;
 /// A dialect that is read and written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dialect {
-    /// ISO 6983 G-code as Fanuc, Haas, Mori, Hurco and RS274/NGC controls write it.
+    /// ISO 6983 G-code as written for Fanuc, Haas, Mori, Hurco and RS274/NGC controls.
     Iso,
     /// Sinumerik 840D.
     Siemens,
@@ -31,7 +31,7 @@ pub enum Dialect {
     Heidenhain,
     /// APT cutter location text (CLDATA).
     Apt,
-    /// A table with a header row: X, Y, Z, two rotary letters, and where wanted F, U V W or nx ny nz.
+    /// A table with a header row: X, Y, Z, two rotary letters and, optionally, F, U V W or nx ny nz.
     Csv,
     /// Okuma OSP for machining centres.
     Okuma,
@@ -43,7 +43,7 @@ impl fmt::Display for Dialect {
     }
 }
 
-/// What was read of a statement: where the next one starts, and how many physical lines it took.
+/// The result of reading a statement: where the next statement starts, and how many physical lines this one has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct LineRead {
     pub(super) next: usize,

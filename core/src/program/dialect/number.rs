@@ -1,8 +1,8 @@
-//! Numbers with a sign, as statements have them: with a decimal comma, or with an exponent.
+//! Numbers with a sign, as they occur in statements: with a decimal comma, or with an exponent.
 
 use crate::program::number::read_unsigned;
 
-/// Longest number with a decimal comma or an exponent.
+/// The longest number with a decimal comma or an exponent.
 const MAX_NUMBER: usize = 64;
 
 /// A number with its sign.
@@ -19,13 +19,13 @@ pub(super) struct Number {
 }
 
 impl Number {
-    /// A value that stands for text ending at `end`.
+    /// A value that represents text ending at `end`.
     pub(super) const fn standing_for(value: f64, end: usize) -> Self {
         Self { value, decimals: 0, has_point: false, has_whole: true, has_comma: false, has_plus: false, end }
     }
 }
 
-/// A number below 2²³ that tells texts apart: FNV-1a, cut to what a number word holds.
+/// A number below 2²³ that distinguishes texts: FNV-1a, cut to the size that a number word can hold.
 pub(super) fn fingerprint(text: impl Iterator<Item = u8>) -> f64 {
     let hash = text.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
@@ -35,7 +35,7 @@ pub(super) fn fingerprint(text: impl Iterator<Item = u8>) -> f64 {
     number
 }
 
-/// What may stand in a number besides digits, sign and point.
+/// What a number may have besides digits, sign and point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Spelling {
     /// A decimal comma.
@@ -44,7 +44,7 @@ pub(super) enum Spelling {
     Exponent,
 }
 
-/// Reads a number at `at`, blanks behind its sign included; `None` where there is none.
+/// Reads a number at `at`, including blanks after its sign; `None` if there is no number.
 #[inline]
 pub(super) fn number(text: &[u8], at: usize, spelling: Spelling) -> Option<Number> {
     let mut from = at;
@@ -75,12 +75,12 @@ pub(super) fn number(text: &[u8], at: usize, spelling: Spelling) -> Option<Numbe
     if spelling == Spelling::Exponent && matches!(text.get(number.end), Some(b'E' | b'e' | b'D' | b'd')) {
         number = with_exponent(text, from, number)?;
     }
-    // 0 − 0 is +0: a negative zero never enters.
+    // 0 − 0 is +0, so a negative zero never gets in.
     number.value = if negative { 0.0 - number.value } else { number.value };
     Some(number)
 }
 
-/// The number at `from` read with other bytes in place of some.
+/// The number at `from`, read with some bytes replaced.
 fn read_respelled(
     text: &[u8],
     from: usize,
@@ -95,7 +95,8 @@ fn read_respelled(
     Some(read)
 }
 
-/// The same number with the exponent behind it; exponents count as decimals needed to write the value out.
+/// The same number with the exponent after it. An exponent counts as the decimals that are needed to write the value
+/// without it.
 fn with_exponent(text: &[u8], from: usize, number: Number) -> Option<Number> {
     let mut end = number.end + 1;
     end += usize::from(matches!(text.get(end), Some(b'+' | b'-')));

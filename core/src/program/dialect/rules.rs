@@ -1,19 +1,19 @@
-//! What is true of one dialect and not of others, as data: one row a dialect. Whoever reads, writes or stamps a text looks
-//! the row up, and asks nowhere which dialect it is.
+//! The facts in which one dialect differs from others, as data: one row for each dialect. The code that reads, writes
+//! or stamps a text looks the row up. It never asks which dialect the text has.
 //!
-//! What codes mean on a machine is the row of `motion::dialect`.
+//! The row of `motion::dialect` states what codes mean on a machine.
 
 use super::line::Source;
 use super::{Dialect, ForeignDialect, LineRead};
 use crate::program::writer::Writing;
 use crate::program::{Address, Batch, ReadFault};
 
-/// How the plain lines of a program are written.
+/// The notation of a program's plain lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Grammar {
     /// `N12 X1.5 A-30`: letters and numbers.
     Letters,
-    /// `N12 X1.5 A=-30`: the same, with `=` where it is wanted.
+    /// `N12 X1.5 A=-30`: the same, with `=` where it is needed.
     Assignments,
     /// `12 L X+1.5 A-30`
     Conversational,
@@ -23,22 +23,22 @@ pub enum Grammar {
     Cells,
 }
 
-/// How the text becomes blocks: reads what begins on a line and adds its block to the batch.
+/// How the text becomes blocks: reads the statement that begins on a line and adds its block to the batch.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::program) enum Read {
-    /// Every line by itself.
+    /// Every line separately.
     Lines(fn(Source<'_>, &mut Batch) -> LineRead),
-    /// Statements that run on; `None` where lines that belong to one are not there yet.
+    /// Statements of several lines; `None` if lines of the statement have not arrived yet.
     Statements(fn(Source<'_>, &mut Batch) -> Option<LineRead>),
 }
 
-/// Reads the header of a table on this line: its columns, and what stands between them.
+/// Reads the header of a table on this line: its columns and their separator.
 pub(in crate::program) type ReadHeader = fn(&[u8], u64) -> Result<(Vec<Address>, u8), ReadFault>;
 
-/// How the parameters and expressions of a program are worked out.
+/// How the parameters and expressions of a program are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::program) enum Arithmetic {
-    /// There are none.
+    /// The dialect has none.
     None,
     /// `#1`, `#<name>`, `[#1+2]`
     Rs274,
@@ -48,49 +48,49 @@ pub(in crate::program) enum Arithmetic {
     Heidenhain,
 }
 
-/// Where the stamp of a program stands, and the comment that it is.
+/// The place of a program's stamp, and the form of its comment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::program) struct StampForm {
     pub(in crate::program) after: StampAfter,
-    /// What opens and closes a comment.
+    /// The beginning and the end of a comment.
     pub(in crate::program) comment: [&'static str; 2],
-    /// What does where the program has comments of this kind alone: `;`.
+    /// Comments with `;` are used if the program has only comments of this kind.
     pub(in crate::program) or_semicolons: bool,
 }
 
-/// Lines of a head that a stamp stands after.
+/// The lines of a head after which the stamp comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::program) enum StampAfter {
     /// A listing's banner, the tape mark and the program's name.
     TapeMarkAndName,
-    /// The first lines that all begin with one of these.
+    /// The first lines, as long as each begins with one of these texts.
     LinesThatBeginWith(&'static [&'static [u8]]),
     /// The first line with this text.
     LineWith(&'static [u8]),
 }
 
-/// One row.
+/// The row of one dialect.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about dialects")]
 pub struct DialectRules {
-    /// How callers name the dialect.
+    /// The name by which callers select the dialect.
     pub name: &'static str,
-    /// How its plain lines are written.
+    /// The notation of its plain lines.
     pub grammar: Grammar,
-    /// A statement may mean something else by what stands after it: it is read when the next one is there.
+    /// The meaning of a statement may depend on the text after it. It is read when the next statement has arrived.
     pub looks_ahead: bool,
-    /// On some controls a rotary axis without an end goes the shorter way, whichever way its words say.
+    /// On some controls a rotary axis without end stops takes the shorter way, whatever its words say.
     pub may_roll_over: bool,
-    /// Whether this line shows that a text is of this dialect and of no other one that is read.
+    /// Whether this line shows that a text has this dialect and no other dialect that is read.
     pub(in crate::program) is_shown_by: fn(&[u8]) -> bool,
-    /// A dialect, or a part of this one, that such a line shows and that is not read.
+    /// A dialect, or a part of this dialect, that such a line shows and that is not read.
     pub(in crate::program) unread_statement: fn(&[u8]) -> Option<ForeignDialect>,
-    /// A listing's lines for people may stand before its program proper.
+    /// A listing's lines for people may come before the actual program.
     pub(in crate::program) has_banner: bool,
     pub(in crate::program) read: Read,
-    /// Of a table.
+    /// For a table only.
     pub(in crate::program) read_header: Option<ReadHeader>,
-    /// A feed is a statement of its own, and how the last one was written is remembered.
+    /// A feed is a separate statement, and the style of the last one is remembered.
     pub(in crate::program) states_feed_apart: bool,
     pub(in crate::program) arithmetic: Arithmetic,
     pub(in crate::program) stamp: Option<StampForm>,
@@ -98,11 +98,11 @@ pub struct DialectRules {
 }
 
 impl Dialect {
-    /// All of them.
+    /// All dialects.
     pub const ALL: [Self; 6] =
         [Self::Iso, Self::Siemens, Self::Heidenhain, Self::Apt, Self::Csv, Self::Okuma];
 
-    /// Its row.
+    /// The row of this dialect.
     #[must_use]
     #[inline]
     pub const fn rules(self) -> &'static DialectRules {
@@ -116,7 +116,7 @@ impl Dialect {
         }
     }
 
-    /// The dialect that callers name so.
+    /// The dialect that callers select by this name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|dialect| dialect.rules().name == name)
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn every_dialect_has_a_row_of_its_own() {
         for (index, dialect) in Dialect::ALL.into_iter().enumerate() {
-            assert_eq!(dialect as usize, index, "{dialect} stands in `ALL` where the enum has it");
+            assert_eq!(dialect as usize, index, "{dialect} must have the same place in `ALL` as in the enum");
             assert_eq!(Dialect::of_name(dialect.rules().name), Some(dialect));
             assert_eq!(dialect.to_string(), dialect.rules().name);
             let others = Dialect::ALL.into_iter().filter(|other| *other != dialect);

@@ -1,38 +1,40 @@
-//! Stamps found in a text, wherever they stand and in letters of any size: controls and transfers change both, and cut them.
+//! Finds stamps in a text, anywhere and in upper or lower case. Controls and transfers change the place and the case
+//! of stamps, and cut them.
 
 use super::{MACHINE, MARK, STEPS, Steps};
 use crate::program::Excerpt;
 
-/// Longest stamp that is looked for, from its mark to the word after its steps \[bytes\].
+/// The longest stamp that is searched for, from its mark to the word after its steps \[bytes\].
 const MAX_HEAD_BYTES: usize = 256;
-/// What may stand between the mark and the version.
+/// The bytes that may be between the mark and the version.
 const SEPARATORS: &[u8] = b" \t_-/,:";
-/// Numbers of a version.
+/// The count of numbers in a version.
 const VERSION_NUMBERS: usize = 3;
 
-/// What the stamps in a text say.
+/// What the stamps in a text state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Borne {
-    /// The steps that its stamps name.
+    /// The steps that the stamps name.
     pub steps: Steps,
-    /// The beginning of the first stamp whose steps cannot be read, if there is one: any step may have been done.
+    /// The beginning of the first stamp whose steps cannot be read, if there is one. In this case any step may have
+    /// been done.
     pub unreadable: Option<Excerpt>,
 }
 
 impl Borne {
-    /// This and what other stamps of the same text, which stand after these, say.
+    /// Combines this with the stamps that come after it in the same text.
     fn and(self, others: Self) -> Self {
         Self { steps: self.steps.and(others.steps), unreadable: self.unreadable.or(others.unreadable) }
     }
 }
 
-/// What the stamps in a text say. A stamp is `Trunnion` with a version number after it.
+/// What the stamps in a text state. A stamp is `Trunnion` with a version number after it.
 #[must_use]
 pub fn borne_by(text: &[u8]) -> Borne {
     borne_before(text, text.len())
 }
 
-/// The same of the stamps that begin before this byte of the text.
+/// The same for the stamps that begin before this byte of the text.
 fn borne_before(text: &[u8], end: usize) -> Borne {
     let first = MARK.as_bytes().first().copied().unwrap_or_default();
     let starts = text.get(..end).unwrap_or(text);
@@ -41,7 +43,7 @@ fn borne_before(text: &[u8], end: usize) -> Borne {
         .fold(Borne::default(), Borne::and)
 }
 
-/// What a stamp that begins here says, if one does.
+/// What a stamp that begins here states, if there is one.
 fn stamp_at(text: &[u8]) -> Option<Borne> {
     let mark = MARK.as_bytes();
     if !text.get(..mark.len())?.eq_ignore_ascii_case(mark) {
@@ -57,7 +59,7 @@ fn stamp_at(text: &[u8]) -> Option<Borne> {
     })
 }
 
-/// What stands behind a version of three numbers, `0.2.0`, with a `v` before it or not and a suffix on it or not.
+/// The text after a version of three numbers, `0.2.0`, with or without a `v` before it and a suffix after it.
 fn after_version(text: &[u8]) -> Option<&[u8]> {
     let blanks = text.iter().take_while(|byte| SEPARATORS.contains(byte)).count();
     let mut rest = text.get(blanks..)?;
@@ -73,8 +75,8 @@ fn after_version(text: &[u8]) -> Option<&[u8]> {
     rest.get(suffix..)
 }
 
-/// The steps in what stands behind the version: the operation, `steps`, their names, `machine`. Without the word after
-/// them some may have been cut off.
+/// The steps in the text after the version: the operation, `steps`, their names, `machine`. Without the word after the
+/// names, some names may have been cut off.
 fn steps_in(text: &str) -> Option<Steps> {
     let mut words = text.split_ascii_whitespace();
     let is = |word: &str, wanted: &str| word.eq_ignore_ascii_case(wanted);
@@ -91,16 +93,16 @@ fn steps_in(text: &str) -> Option<Steps> {
     }
 }
 
-/// Looks for stamps in a text that comes in pieces.
+/// Searches for stamps in a text that comes in pieces.
 #[derive(Debug, Default)]
 pub struct StampFinder {
-    /// The last bytes, in which a stamp may begin that goes on in the next piece.
+    /// The last bytes. A stamp may begin in them and continue in the next piece.
     rest: Vec<u8>,
     borne: Borne,
 }
 
 impl StampFinder {
-    /// Goes on with a piece of the text.
+    /// Continues with a piece of the text.
     pub fn see(&mut self, piece: &[u8]) {
         self.rest.extend_from_slice(piece);
         let whole = self.rest.len().saturating_sub(MAX_HEAD_BYTES - 1);
@@ -108,7 +110,7 @@ impl StampFinder {
         self.rest.drain(..whole);
     }
 
-    /// What the stamps of the text say, which ends here.
+    /// Ends the text and returns what its stamps state.
     #[must_use]
     pub fn finish(self) -> Borne {
         self.borne.and(borne_by(&self.rest))
@@ -188,7 +190,7 @@ mod tests {
             let excerpt = borne.unreadable.map(|text| text.to_string()).unwrap_or_default();
             assert!(!excerpt.is_empty() && text.contains(&excerpt), "{text}: {excerpt}");
         }
-        // A stamp that can be read does not heal another one.
+        // A readable stamp does not make up for an unreadable one.
         let text = format!("({})\n(Trunnion 0.2.0 wear-co)", stamp());
         let borne = borne_by(text.as_bytes());
         assert_eq!(borne.steps, stamp().steps);

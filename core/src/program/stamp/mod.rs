@@ -1,4 +1,4 @@
-//! The stamp of a compensated program: one comment that says which steps changed it, so that no step is done twice.
+//! The stamp of a compensated program: one comment that states which steps changed it, so that no step is done twice.
 
 mod find;
 mod place;
@@ -10,7 +10,7 @@ pub use steps::{StepName, Steps};
 
 use std::fmt;
 
-/// What a stamp says. Nothing in it depends on when or by which job the program was made.
+/// The contents of a stamp. They do not depend on when or by which job the program was made.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stamp {
     /// Version of the software.
@@ -23,19 +23,19 @@ pub struct Stamp {
     pub machine: String,
     /// See [`Self::machine`].
     pub revision: i64,
-    /// The tool, where exactly one was used.
+    /// The tool, if exactly one was used.
     pub tool: Option<String>,
     /// The beginning of the digest of the source, in hexadecimal digits.
     pub source: String,
-    /// The same of the resolved parameters.
+    /// The beginning of the digest of the resolved parameters, in hexadecimal digits.
     pub parameters: String,
 }
 
-/// The word that a stamp begins with.
+/// The word with which a stamp begins.
 const MARK: &str = "Trunnion";
-/// The word before its steps.
+/// The word before the steps.
 const STEPS: &str = "steps";
-/// The word after its steps.
+/// The word after the steps.
 const MACHINE: &str = "machine";
 
 impl fmt::Display for Stamp {
@@ -50,7 +50,8 @@ impl fmt::Display for Stamp {
     }
 }
 
-/// A name as it can stand in a comment of every dialect: letters, digits, `.`, `_` and `-`, `_` in place of all else.
+/// A name in a form for comments of every dialect: letters, digits, `.`, `_` and `-` stay, and `_` replaces all other
+/// characters.
 fn plain(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() || ".-".contains(c) { c } else { '_' }).collect()
 }

@@ -1,26 +1,26 @@
-//! Where a stamp stands in a program, and in which form.
+//! The place and the form of a stamp in a program.
 
 use super::Stamp;
 use crate::program::dialect::StampAfter;
 use crate::program::{Address, Batch, BlockKind, Dialect, ReadLimits, Reader};
 
-/// A stamp as it stands in a program.
+/// A stamp in its place in a program.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StampPlace {
-    /// How many bytes of the program stand before it.
+    /// The number of the program's bytes before it.
     pub offset: usize,
-    /// Its whole line, or where the program's first line has no end yet, a line end and the line.
+    /// Its whole line. If the program's first line has no end yet, a line end and the line.
     pub line: Vec<u8>,
 }
 
-/// So much of a program is looked at \[bytes\]: its head stands there, and its habits show.
+/// The part of a program that is examined \[bytes\]. It contains the head and shows the style.
 const HEAD_BYTES: usize = 64 * 1024;
 
-/// Where the stamp of a program of this dialect stands, and its line in the program's own comment form: after `%` and the O
-/// line of an ISO program, after `%_N_` and `;$PATH` of an 840D program, after `BEGIN PGM`, after `PARTNO`. `None` for a table,
-/// which has no comments, and where the head of the text cannot be read.
+/// The place of the stamp in a program of this dialect, and its line in the program's own comment form: after `%` and
+/// the O line of an ISO program, after `%_N_` and `;$PATH` of an 840D program, after `BEGIN PGM`, after `PARTNO`.
+/// `None` for a table, which has no comments, and if the head of the text cannot be read.
 ///
-/// `head` is the beginning of the program, 64 KiB of it or all.
+/// `head` is the beginning of the program: 64 KiB of it, or all of it.
 #[must_use]
 pub fn place_stamp(head: &[u8], dialect: Dialect, stamp: &Stamp) -> Option<StampPlace> {
     let head = head.get(..HEAD_BYTES).unwrap_or(head);
@@ -51,7 +51,7 @@ const SEMICOLON: [&str; 2] = ["; ", ""];
 /// A byte order mark.
 const MARK_BYTES: &[u8] = b"\xef\xbb\xbf";
 
-/// A line of the head: where it ends, what it is, and whether it names the program.
+/// A line of the head: its end, its kind, and whether it names the program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct HeadLine {
     end: usize,
@@ -60,7 +60,7 @@ struct HeadLine {
     words: usize,
 }
 
-/// The lines of the head that are there as a whole.
+/// The whole lines of the head.
 fn read(head: &[u8], dialect: Dialect) -> Option<Vec<HeadLine>> {
     let mut reader = Reader::new(Some(dialect), ReadLimits::default());
     reader.feed(head);
@@ -79,7 +79,7 @@ fn read(head: &[u8], dialect: Dialect) -> Option<Vec<HeadLine>> {
     Some(lines)
 }
 
-/// After the banner, `%` and the O line, as far as they are there.
+/// After the banner, `%` and the O line, if the program has them.
 fn after_mark_and_name(head: &[u8], lines: &[HeadLine]) -> usize {
     let start = if head.starts_with(MARK_BYTES) { MARK_BYTES.len() } else { 0 };
     let mut offset = start;
@@ -89,7 +89,8 @@ fn after_mark_and_name(head: &[u8], lines: &[HeadLine]) -> usize {
             BlockKind::Banner => offset = line.end,
             BlockKind::Percent if !has_mark => (offset, has_mark) = (line.end, true),
             _ if line.names_program => return line.end,
-            // Comments and empty lines may stand before the O line, but belong to what follows where there is none.
+            // Comments and empty lines may come before the O line. Without an O line they belong to the text after
+            // them.
             BlockKind::Blank | BlockKind::Comment => {}
             _ => break,
         }
@@ -97,7 +98,7 @@ fn after_mark_and_name(head: &[u8], lines: &[HeadLine]) -> usize {
     offset
 }
 
-/// After the first lines that are all of this kind, empty ones between them left out.
+/// After the first lines that are all of this kind. Empty lines between them are ignored.
 fn after_lines(head: &[u8], is_head: impl Fn(&[u8]) -> bool) -> usize {
     let mut offset = if head.starts_with(MARK_BYTES) { MARK_BYTES.len() } else { 0 };
     let mut at = offset;
@@ -112,7 +113,7 @@ fn after_lines(head: &[u8], is_head: impl Fn(&[u8]) -> bool) -> usize {
     offset
 }
 
-/// After the first line with this text; at the start where no line has it.
+/// After the first line with this text; at the start if no line has it.
 fn after_line_with(head: &[u8], text: &[u8]) -> usize {
     let start = if head.starts_with(MARK_BYTES) { MARK_BYTES.len() } else { 0 };
     let mut at = start;
@@ -130,7 +131,7 @@ fn starts(line: &[u8], mark: &[u8]) -> bool {
     line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark))
 }
 
-/// The line that starts here without its end, and where the next one starts.
+/// The line that starts here, without its end, and the start of the next line.
 fn next_line(head: &[u8], at: usize) -> Option<(&[u8], usize)> {
     let rest = head.get(at..).filter(|rest| !rest.is_empty())?;
     let length = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
@@ -142,7 +143,7 @@ fn next_line(head: &[u8], at: usize) -> Option<(&[u8], usize)> {
     Some((&rest[..length], at + length + ending))
 }
 
-/// How the first line ends; LF where none does.
+/// The ending of the first line; LF if the line has no ending.
 fn line_end_of(head: &[u8]) -> &'static [u8] {
     match memchr::memchr2(b'\n', b'\r', head).map(|at| head.get(at..at + 2)) {
         Some(Some(b"\r\n")) => b"\r\n",
@@ -151,12 +152,12 @@ fn line_end_of(head: &[u8]) -> &'static [u8] {
     }
 }
 
-/// Whether comments of an ISO program begin with a semicolon, and none with a parenthesis.
+/// Whether an ISO program has comments that begin with a semicolon, and none that begin with a parenthesis.
 fn semicolons_alone(head: &[u8]) -> bool {
     memchr::memchr(b';', head).is_some() && memchr::memchr(b'(', head).is_none()
 }
 
-/// Whether the stamp reads as one comment and every line of the head as before.
+/// Whether the stamp reads as one comment, and every line of the head reads as before.
 fn is_sound(head: &[u8], dialect: Dialect, place: &StampPlace, before: &[HeadLine]) -> bool {
     let (above, below) = head.split_at(place.offset.min(head.len()));
     let stamped = [above, &place.line, below].concat();

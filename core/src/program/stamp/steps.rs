@@ -5,18 +5,18 @@ use std::fmt;
 /// A step that changes programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum StepName {
-    /// Ends of motions are moved for a worn cutter.
+    /// Moves the ends of motions for a worn cutter.
     Wear,
-    /// They are moved for the machine as it is.
+    /// Moves the ends of motions for the machine as it is.
     LocationErrors,
-    /// The cutter-contact path between the ends is corrected.
+    /// Corrects the cutter-contact path between the ends.
     Cc,
-    /// Singular regions are treated.
+    /// Treats singular regions.
     Singularity,
 }
 
 impl StepName {
-    /// All of them, in the order in which stamps name them.
+    /// All steps, in the order in which stamps name them.
     pub const ALL: [Self; 4] = [Self::Wear, Self::LocationErrors, Self::Cc, Self::Singularity];
 
     /// The name in the contract.
@@ -30,7 +30,8 @@ impl StepName {
         }
     }
 
-    /// Whether it may be done to a program that it was done to before: a step that moves ends would move them twice.
+    /// Whether the step may be done again to a program that it has already changed. A step that moves ends would move
+    /// them twice.
     #[must_use]
     pub const fn may_be_repeated(self) -> bool {
         matches!(self, Self::Cc | Self::Singularity)
@@ -43,56 +44,57 @@ impl fmt::Display for StepName {
     }
 }
 
-/// Some steps.
+/// A set of steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Steps(u8);
 
 impl Steps {
-    /// None of them.
+    /// No steps.
     pub const NONE: Self = Self(0);
 
-    /// These steps.
+    /// The set of these steps.
     #[must_use]
     pub fn of(steps: &[StepName]) -> Self {
         steps.iter().fold(Self::NONE, |all, &step| all.with(step))
     }
 
-    /// These and one more.
+    /// These steps and one more.
     #[must_use]
     pub const fn with(self, step: StepName) -> Self {
         Self(self.0 | (1 << step as u8))
     }
 
-    /// These and those.
+    /// The steps of both sets.
     #[must_use]
     pub const fn and(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// Whether the step is one of them.
+    /// Whether the set has the step.
     #[must_use]
     pub const fn has(self, step: StepName) -> bool {
         self.0 & (1 << step as u8) != 0
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// One after the other.
+    /// The steps, one after the other.
     pub fn iter(self) -> impl Iterator<Item = StepName> {
         StepName::ALL.into_iter().filter(move |step| self.has(*step))
     }
 
-    /// The first of these that is one of those too.
+    /// The first of these steps that the other set also has.
     #[must_use]
     pub fn shared_with(self, others: Self) -> Option<StepName> {
         self.iter().find(|step| others.has(*step))
     }
 
-    /// The steps that a text names, separated by commas and blanks beside them, in letters of any size; `None` where it names anything else.
+    /// The steps that a text names, separated by commas with or without blanks, in upper or lower case; `None` if it
+    /// names anything else.
     #[must_use]
     pub fn from_names(text: &str) -> Option<Self> {
         text.split(',').map(str::trim_ascii).try_fold(Self::NONE, |steps, name| {

@@ -1,10 +1,10 @@
-//! Blocks of word dialects: the block again with other values, and new blocks in its style.
+//! Blocks of word dialects: a block printed again with other values, and new blocks in its style.
 
 use super::style::Style;
 use super::{NewWord, acts_at_end, written_letter};
 use crate::program::{Address, Batch, Block, Word, WordForm};
 
-/// The name of a word of more letters than one, up to its value.
+/// The name of a word with more than one letter, up to its value.
 fn name(batch: &Batch, address: Address) -> Option<&'static [u8]> {
     let names = batch.dialect.rules().writing.names;
     names.iter().find(|(named, _)| *named == address).map(|(_, name)| *name)
@@ -18,21 +18,21 @@ fn print_new(batch: &Batch, style: &Style<'_>, word: &NewWord, first: bool, out:
     }
 }
 
-/// An expression whose value is this near to the one wanted stays \[program units\].
+/// An expression stays if its value is this close to the wanted value \[program units\].
 const SAME_VALUE: f64 = 1e-9;
 
-/// Whether the word as it is written says what is wanted: an expression is not replaced by its value.
+/// Whether the word as written already has the wanted value. An expression is then not replaced by its value.
 fn keeps(word: &Word, new: &NewWord) -> bool {
     word.form == WordForm::Evaluated && (word.value - new.value).abs() <= SAME_VALUE
 }
 
-/// Bytes of an incremental word before its letter: what replaces it counts in the modal sense.
+/// Bytes of an incremental word before its letter. The new word counts in the modal sense.
 fn prefix(batch: &Batch, word: &Word) -> u32 {
     let starts_with_i = batch.word_text(word).first().is_some_and(|byte| byte.eq_ignore_ascii_case(&b'I'));
     u32::from(word.form == WordForm::Incremental && starts_with_i && word.address != Address::I)
 }
 
-/// A new block: these words and no others but, where wanted, the source's that act at its end.
+/// A new block with only these words and, if wanted, the source's codes that act at its end.
 pub(super) fn insert_block(
     batch: &Batch,
     source: &Block,
@@ -77,7 +77,8 @@ pub(super) fn print_body(
     let text = |from: u32, to: u32| batch.text.get(from as usize..to as usize).unwrap_or_default();
     let replaces =
         |word: &Word| new.iter().find(|new| new.address == word.address && word.form != WordForm::Comma);
-    // Where words the block does not have go: behind the last coordinate, or else behind the last of N and G.
+    // The place of words that the block does not have: after the last coordinate, or otherwise after the last of N and
+    // G.
     let anchor =
         words.iter().rposition(|word| word.address.is_coordinate() && word.form != WordForm::Comma).or_else(
             || words.iter().rposition(|word| matches!(word.address, Address::N | Address::G | Address::O)),
@@ -107,7 +108,7 @@ pub(super) fn print_body(
         if is_dropped(word) || (without_end_codes && acts_at_end(batch, word)) {
             let before = text(copied, word.start);
             if index == 0 && before.trim_ascii().is_empty() {
-                // What follows stands in its place.
+                // The next word takes its place.
                 out.extend_from_slice(before);
                 let behind = text(word.end, block.body_end);
                 let blanks = behind.len() - behind.trim_ascii_start().len();
@@ -117,7 +118,7 @@ pub(super) fn print_body(
                 copied = word.end;
             }
         } else if let Some(new) = replaces(word).filter(|new| !keeps(word, new)) {
-            // The letter stays as it is written.
+            // The letter stays as written.
             out.extend_from_slice(text(copied, word.start));
             out.extend_from_slice(text(word.start + prefix(batch, word), word.start + u32::from(word.lead)));
             style.print_number(index, new, out);
@@ -127,7 +128,7 @@ pub(super) fn print_body(
             if place != Some(index) {
                 continue;
             }
-            // A word left out at the start has taken the blanks behind it along.
+            // A word that was left out at the start has removed the blanks after it as well.
             out.extend_from_slice(text(copied, word.end));
             copied = copied.max(word.end);
             for word in missing().filter(|word| (word.address == Address::F) == is_feed) {

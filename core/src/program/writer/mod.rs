@@ -8,41 +8,42 @@ pub(super) use self::style::Style;
 use super::batch::LineEnding;
 use super::{Address, Batch, Block, Code, MAX_MAGNITUDE, Word, WriteFault};
 
-/// A word to be written: what a control will read is [`super::round_to_decimals`] of the value.
+/// A word to be written. A control reads [`super::round_to_decimals`] of its value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NewWord {
     /// Its address.
     pub address: Address,
     /// Its value in the program's own unit.
     pub value: f64,
-    /// Digits behind the point.
+    /// Digits after the point.
     pub decimals: u8,
 }
 
-/// Appends a block or its text anew: the source, these words in it, without the words of these addresses, and whether the
-/// codes that act at a block's end are left out (of a block printed again) or taken along (by a new one).
+/// Appends a block, or its text, again. The first arguments are the source, the words to be written, and the addresses
+/// whose words are left out. The flag acts on the codes that take effect at a block's end: a block that is printed
+/// again leaves them out, and a new block takes them along.
 pub(super) type Print = fn(&Batch, &Block, &[NewWord], &[Address], bool, &mut Vec<u8>);
 
-/// The index of the word of a block behind which another one goes.
+/// The index of the word of a block after which another word goes.
 type Anchor = fn(&[Word]) -> Option<usize>;
 
-/// How one dialect is written, where others are written otherwise.
+/// How a dialect is written, where dialects differ.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "independent habits of dialects")]
 pub(super) struct Writing {
-    /// Codes that act when the block's motion is done.
+    /// Codes that act after the block's motion has ended.
     pub(super) end_codes: &'static [&'static [Code]],
-    /// Words that are no letter, up to their values.
+    /// Names of words that are not a letter, up to their values.
     pub(super) names: &'static [(Address, &'static [u8])],
-    /// `=` may stand between a letter and its number, and stays.
+    /// `=` may be between a letter and its number, and it stays there.
     pub(super) has_equals: bool,
-    /// Coordinates have their sign, whatever it is, where the program writes them so.
+    /// Coordinates have their sign, also a plus, if the program writes them so.
     pub(super) keeps_plus: bool,
-    /// Words of every address can be written, not letters alone.
+    /// Words of every address can be written, not only letters.
     pub(super) any_address: bool,
-    /// Blocks are rows of a table: nothing is written but its columns, and no block holds a feed alone.
+    /// Blocks are rows of a table. Only its columns are written, and no block can hold only a feed.
     pub(super) has_rows: bool,
-    /// The word behind which a feed goes that the block does not have; `None`: where all other words go.
+    /// The word after which a new feed word goes; `None`: the feed goes with all other new words.
     pub(super) feed_anchor: Option<Anchor>,
     /// Prints a block again.
     pub(super) change: Print,
@@ -65,7 +66,7 @@ impl Writing {
     };
 }
 
-/// G9, and the M codes that act when the block's motion is done.
+/// G9, and the M codes that act after the block's motion has ended.
 pub(super) const END_CODES: &[Code] = &[
     Code::G(90),
     Code::M(0),
@@ -78,7 +79,7 @@ pub(super) const END_CODES: &[Code] = &[
     Code::M(990),
 ];
 
-/// Whether a word acts when its block's motion is done.
+/// Whether a word acts after its block's motion has ended.
 pub(super) fn acts_at_end(batch: &Batch, word: &Word) -> bool {
     matches!(word.address, Address::G | Address::M)
         && word.code().is_some_and(|code| {
@@ -86,14 +87,14 @@ pub(super) fn acts_at_end(batch: &Batch, word: &Word) -> bool {
         })
 }
 
-/// Appends the block of index `block` with these words in place of its own of the same address, all other bytes
-/// kept; words the block does not have are added behind its last coordinate word in the block's own style.
+/// Appends the block of index `block` with these words instead of its own words of the same addresses. All other bytes
+/// are kept. Words that the block does not have are added after its last coordinate word, in the block's own style.
 ///
-/// `without_end_codes` says that more blocks made of this one follow: the words that act at the end of a block
-/// (G9 M0 M1 M2 M5 M9 M30 M60 M99, M17 and RET) are left out, and a last line without an ending gets one.
+/// `without_end_codes` says that more blocks made from this one follow. The words that act at the end of a block are
+/// then left out (G9 M0 M1 M2 M5 M9 M30 M60 M99, M17 and RET). A last line without an ending gets one.
 ///
 /// # Errors
-/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+/// A value cannot be printed, the table has no column for a word, or there is no such block. Nothing is appended then.
 pub fn print_changed(
     batch: &Batch,
     block: usize,
@@ -104,10 +105,10 @@ pub fn print_changed(
     print_changed_without(batch, block, words, &[], without_end_codes, out)
 }
 
-/// The same, and without the words of these addresses that get no new value (in CSV: with their cells empty).
+/// The same, but without the words of these addresses if they get no new value (in CSV: with empty cells).
 ///
 /// # Errors
-/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+/// A value cannot be printed, the table has no column for a word, or there is no such block. Nothing is appended then.
 pub fn print_changed_without(
     batch: &Batch,
     block: usize,
@@ -124,14 +125,15 @@ pub fn print_changed_without(
     Ok(())
 }
 
-/// Appends a new block in the style of the block of index `block` (spacing with padded columns, letter case,
-/// leading-zero habit, line ending): these words and no others; a word N is written as the source block has its own. With `with_end_codes` the source
-/// block's words that act at its end follow. In CSV a whole row; a column without a word takes the source's cell.
+/// Appends a new block with only these words, in the style of the block of index `block`: spacing with padded columns,
+/// letter case, habit of leading zeros, line ending. A word N is written as in the source block. With `with_end_codes`
+/// the source block's words that act at its end follow. In CSV the block is a whole row, and a column without a word
+/// takes the source's cell.
 ///
-/// The block always has a line ending, and starts on a line of its own.
+/// The block always has a line ending and starts on a separate line.
 ///
 /// # Errors
-/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+/// A value cannot be printed, the table has no column for a word, or there is no such block. Nothing is appended then.
 pub fn print_inserted(
     batch: &Batch,
     block: usize,
@@ -142,10 +144,10 @@ pub fn print_inserted(
     print_inserted_without(batch, block, words, &[], with_end_codes, out)
 }
 
-/// The same; in CSV the cells of these addresses stay empty where they get no new value.
+/// The same. In CSV the cells of these addresses stay empty if they get no new value.
 ///
 /// # Errors
-/// A value that cannot be printed, a word the table has no column for, no such block; nothing is appended.
+/// A value cannot be printed, the table has no column for a word, or there is no such block. Nothing is appended then.
 pub fn print_inserted_without(
     batch: &Batch,
     block: usize,
@@ -161,10 +163,10 @@ pub fn print_inserted_without(
     Ok(())
 }
 
-/// Appends a block that holds only this feed word, in the style of the block of index `block`.
+/// Appends a block with only this feed word, in the style of the block of index `block`.
 ///
 /// # Errors
-/// A value that cannot be printed, no such block, a CSV program; nothing is appended.
+/// A value cannot be printed, there is no such block, or the program is CSV. Nothing is appended then.
 pub fn print_feed_only(
     batch: &Batch,
     block: usize,
@@ -185,7 +187,7 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
     let writing = &batch.dialect.rules().writing;
     for word in words {
         let (address, value) = (word.address, word.value);
-        // NaN is not in the range either.
+        // NaN is outside the range, too.
         if !(-MAX_MAGNITUDE..=MAX_MAGNITUDE).contains(&value) {
             return Err(WriteFault::NotPrintable { address, value, max_abs: MAX_MAGNITUDE });
         }
@@ -222,7 +224,7 @@ fn print_line_ending(batch: &Batch, block: &Block, out: &mut Vec<u8>) {
     out.extend_from_slice(line_ending(batch, block));
 }
 
-/// Ends the line before, where it was the upload's last and had no ending.
+/// Ends the line before, if it was the upload's last line and had no ending.
 fn start_line(batch: &Batch, out: &mut Vec<u8>) {
     if !matches!(out.last(), None | Some(b'\n' | b'\r')) {
         let ending: LineEnding = batch.habits.line_ending;

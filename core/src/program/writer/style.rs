@@ -1,17 +1,17 @@
-//! How the words of a block are set: blanks, columns, signs, points, case.
+//! The style of a block's words: blanks, columns, signs, points, case.
 
 use super::NewWord;
 use crate::program::decimal::{BUFFER, Look, print_into};
 use crate::program::{Address, Batch, Block, Word, WordForm};
 
-/// How one word is set.
+/// The style of one word.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Setting<'a> {
     /// Blanks before the word.
     separator: &'a [u8],
-    /// What stands between the letter and the number: `=`, or nothing.
+    /// The text between the letter and the number: `=`, or nothing.
     mark: &'a [u8],
-    /// Bytes from behind the letter to the end of the number, and whether there are blanks among them.
+    /// Bytes from after the letter to the end of the number, and whether there are blanks among them.
     field: usize,
     has_gap: bool,
     lower: bool,
@@ -20,12 +20,12 @@ pub(super) struct Setting<'a> {
 
 const BLANKS: [u8; 64] = [b' '; 64];
 
-/// The settings of a block's words.
+/// The styles of a block's words.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::program) struct Style<'a> {
     batch: &'a Batch,
     words: &'a [Word],
-    /// For words the block does not have.
+    /// For words that the block does not have.
     usual: Setting<'a>,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Style<'a> {
         style
     }
 
-    /// The blanks between a word and the one before; one blank if something else stands there.
+    /// The blanks between a word and the word before; one blank if other text is between them.
     fn separator_before(&self, index: usize) -> &'a [u8] {
         let (Some(before), Some(word)) =
             (index.checked_sub(1).and_then(|i| self.words.get(i)), self.words.get(index))
@@ -66,7 +66,7 @@ impl<'a> Style<'a> {
         let Some(word) = self.words.get(index) else { return self.usual };
         let text = self.batch.word_text(word);
         let number = text.get(usize::from(word.lead)..).unwrap_or_default();
-        // The width of an expression is no column.
+        // The width of an expression is not that of a column.
         let is_plain = word.form == WordForm::Number;
         let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
         Setting {
@@ -83,7 +83,7 @@ impl<'a> Style<'a> {
         }
     }
 
-    /// `=` behind the letter of a word of one letter, with its blanks.
+    /// The `=` after the letter of a word of one letter, with its blanks.
     fn mark(&self, word: &Word) -> &'a [u8] {
         let text = self.batch.word_text(word);
         let mark = text.get(1..usize::from(word.lead)).unwrap_or_default();
@@ -92,21 +92,21 @@ impl<'a> Style<'a> {
         if is_mark { mark } else { b"" }
     }
 
-    /// Whether the program writes coordinates with their sign, whatever it is.
+    /// Whether the program writes coordinates with their sign, also a plus.
     fn always_signs(&self, address: Address) -> bool {
         self.batch.dialect.rules().writing.keeps_plus
             && self.batch.habits.plus_signs
             && address.is_coordinate()
     }
 
-    /// The setting for a word of this address.
+    /// The style for a word of this address.
     fn setting(&self, address: Address) -> Setting<'a> {
         let same = |word: &Word| word.address == address && word.form == WordForm::Number;
         let found = self.words.iter().position(same).map(|index| Setting {
             separator: if index == 0 { self.usual.separator } else { self.separator_before(index) },
             ..self.setting_at(index)
         });
-        // A sign that coordinates have is none of F.
+        // F does not take the plus sign that coordinates have.
         let plus = self.usual.look.plus && address.is_coordinate();
         found.unwrap_or(Setting { look: Look { plus, ..self.usual.look }, ..self.usual })
     }
@@ -125,13 +125,13 @@ impl<'a> Style<'a> {
         self.print_value(&setting, new, out);
     }
 
-    /// Appends a number in the usual look of the block.
+    /// Appends a number in the usual style of the block.
     pub(in crate::program) fn print_usual(&self, new: &NewWord, out: &mut Vec<u8>) {
         let setting = Setting { has_gap: false, ..self.usual };
         self.print_value(&setting, new, out);
     }
 
-    /// The number, with a comma for its point where the program has commas.
+    /// The number, with a decimal comma if the program has decimal commas.
     fn print_value(&self, setting: &Setting<'_>, new: &NewWord, out: &mut Vec<u8>) {
         let from = out.len();
         print_field(setting, new, out);
@@ -140,7 +140,7 @@ impl<'a> Style<'a> {
         }
     }
 
-    /// Appends the number of a word, in place of one of its own.
+    /// Appends a number in place of the number of one of the block's own words.
     pub(in crate::program) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
         self.print_value(&self.setting_at(index), new, out);
     }
@@ -156,7 +156,7 @@ impl<'a> Style<'a> {
         self.print_value(&setting, new, out);
     }
 
-    /// Appends a block number as the source block has its own: the same letter, as many digits at least.
+    /// Appends a block number in the style of the source block: the same letter, and at least as many digits.
     pub(in crate::program) fn print_block_number(&self, new: &NewWord, out: &mut Vec<u8>) {
         let Some(own) = self.words.iter().find(|word| word.address == Address::N) else { return };
         let text = self.batch.word_text(own);
@@ -169,7 +169,7 @@ impl<'a> Style<'a> {
         out.extend_from_slice(&buffer[start..]);
     }
 
-    /// Appends a word of the source block as it is.
+    /// Appends a word of the source block unchanged.
     pub(in crate::program) fn print_same(&self, word: &Word, first: bool, out: &mut Vec<u8>) {
         if !first {
             out.extend_from_slice(self.usual.separator);
@@ -178,7 +178,7 @@ impl<'a> Style<'a> {
     }
 }
 
-/// The number, right-aligned in its column where the program has columns.
+/// The number, right-aligned in its column if the program has columns.
 #[inline]
 fn print_field(setting: &Setting<'_>, new: &NewWord, out: &mut Vec<u8>) {
     let mut buffer = [0; BUFFER];

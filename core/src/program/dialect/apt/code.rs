@@ -1,25 +1,27 @@
-//! Blocks for a control that a statement carries along as they are (`INSERT`, `PREFUN/`): which of them move nothing.
+//! Blocks for a control that a statement carries unchanged (`INSERT`, `PREFUN/`), and which of them move nothing.
 
 use crate::program::dialect::number::{Spelling, number};
 
-/// G codes that move nothing and leave units, offsets and the sense of words and feeds as cutter location data has them.
+/// G codes that move nothing and leave units, offsets and the sense of words and feeds as cutter location data has
+/// them.
 const HARMLESS_CODES: [f64; 9] = [4.0, 9.0, 17.0, 40.0, 61.0, 64.0, 80.0, 90.0, 94.0];
 
-/// Whether the number of a G code is that of a harmless one.
+/// Whether a G code's number is that of a harmless code.
 pub(super) fn is_harmless_number(text: &[u8]) -> bool {
     let code = number(text, 0, Spelling::Exponent).map(|number| number.value);
     code.is_some_and(|code| HARMLESS_CODES.iter().any(|known| (code - known).abs() < 1e-9))
 }
 
-/// Whether the text is words for people, as `Stock Size X95. Y150. Z120.`: two of letters alone, which no block of a program
-/// for a control has beside axis words.
+/// Whether the text is for people, as in `Stock Size X95. Y150. Z120.`. Such a text has at least two words of only
+/// letters. No block of a program for a control has these together with axis words.
 fn is_prose(text: &[u8]) -> bool {
     let words = text.split(|byte| !byte.is_ascii_alphanumeric());
     words.filter(|word| word.len() > 1 && word.iter().all(u8::is_ascii_alphabetic)).nth(1).is_some()
 }
 
-/// Whether code that goes into the posted program as it stands moves no axis and calls nothing. Comments between round
-/// brackets do not count; they end at the first `)`, where some controls end them: what stands behind it may run.
+/// Whether code that the posted program takes unchanged moves no axis and calls nothing. Comments between round
+/// brackets do not count. They end at the first `)`, because some controls end the comment there and may run the text
+/// after it.
 pub(super) fn is_harmless_code(text: &[u8]) -> bool {
     if is_prose(text) {
         return true;

@@ -1,4 +1,4 @@
-//! Where a statement of cutter location text begins and ends, and the words that it is made of.
+//! The beginning and the end of a statement of cutter location text, and its words.
 
 use super::statement::{self, TEXT};
 use crate::program::dialect::LineRead;
@@ -7,7 +7,7 @@ use crate::program::dialect::number::{Number, Spelling, fingerprint, number};
 use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
 
-/// Reads a statement and adds it to the batch; `None` where lines that belong to it are not there yet.
+/// Reads a statement and adds it to the batch; `None` if lines of the statement have not arrived yet.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
     let Source { text, start, is_last, .. } = source;
     let whole = extent(text, start, is_last, |line, _| Some(runs_on(line)))?;
@@ -36,7 +36,7 @@ pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Op
     Some(scan.close(kind))
 }
 
-/// Whether the line ends in a single `$`; text statements end with their line.
+/// Whether the line ends in a single `$`. Text statements end with their line.
 pub(super) fn runs_on(line: &[u8]) -> bool {
     let body = without_comment(line).trim_ascii();
     body.ends_with(b"$") && !TEXT.iter().any(|word| starts(body, word))
@@ -44,7 +44,7 @@ pub(super) fn runs_on(line: &[u8]) -> bool {
 
 /// The line up to `$$`.
 pub(super) fn without_comment(line: &[u8]) -> &[u8] {
-    // Most lines have no dollar: looking for two costs more.
+    // Most lines have no dollar sign. A search for two of them costs more.
     let Some(first) = memchr::memchr(b'$', line) else { return line };
     let rest = line.get(first..).unwrap_or_default();
     let comment = rest.windows(2).position(|pair| pair == b"$$");
@@ -68,7 +68,7 @@ pub(super) fn skip_blanks(scan: &mut Line<'_>) {
     }
 }
 
-/// One past the word at `from`.
+/// One after the word at `from`.
 pub(super) fn word_end(scan: &Line<'_>, from: usize) -> usize {
     let mut end = from;
     while scan.byte(end).is_ascii_alphanumeric() || matches!(scan.byte(end), b'_' | b'-' | b'.' | b'+') {
@@ -81,7 +81,7 @@ pub(super) fn is_one_of(word: &[u8], words: &[&[u8]]) -> bool {
     words.iter().any(|known| word.eq_ignore_ascii_case(known))
 }
 
-/// A word in upper case, cut to what the statements known have.
+/// A word in upper case, cut to the length of the known statements.
 pub(super) struct Upper {
     bytes: [u8; 8],
     length: usize,
@@ -126,11 +126,11 @@ pub(super) fn has_minor(scan: &Line<'_>, from: usize, wanted: &[u8]) -> bool {
     minors(scan, from).any(|word| word.eq_ignore_ascii_case(wanted))
 }
 
-/// Rows of the matrix that some systems state the machining axes with, in comments: `$$ 1.0 0.0 0.0 25.0`.
+/// Rows of the matrix in comments with which some systems state the machining axes: `$$ 1.0 0.0 0.0 25.0`.
 pub(super) const MATRIX_ROWS: usize = 3;
 
-/// One past the matrix in comments that starts at `start`, `start` itself where there is none; `None` where that is not to
-/// be seen yet.
+/// One after the matrix in comments that starts at `start`; `start` itself if there is no matrix; `None` if this is
+/// not known yet.
 pub(super) fn matrix_end(text: &[u8], start: usize, last: bool) -> Option<usize> {
     let mut at = start;
     for _ in 0..MATRIX_ROWS {
@@ -146,7 +146,7 @@ pub(super) fn matrix_end(text: &[u8], start: usize, last: bool) -> Option<usize>
     Some(at)
 }
 
-/// A comment of four numbers and nothing else.
+/// A comment with four numbers and nothing else.
 pub(super) fn is_matrix_row(line: &[u8]) -> bool {
     let Some(rest) = line.trim_ascii_start().strip_prefix(b"$$") else { return false };
     let mut items = rest.split(u8::is_ascii_whitespace).filter(|item| !item.is_empty());
@@ -155,13 +155,13 @@ pub(super) fn is_matrix_row(line: &[u8]) -> bool {
     (0..4).all(|_| items.next().is_some_and(is_number)) && items.next().is_none()
 }
 
-/// A statement that is told apart from others of its kind by its P word: equal texts have equal ones.
+/// A statement whose P word distinguishes it from others of its kind. Equal texts have equal P words.
 pub(super) fn told_apart(scan: &mut Line<'_>, keyword: Keyword, start: usize) -> BlockKind {
     let text = rest(scan, scan.at);
     apart(scan, keyword, start, text)
 }
 
-/// The same for a text that stands elsewhere. Blanks do not count.
+/// The same for a text in another place. Blanks do not count.
 pub(super) fn apart(scan: &mut Line<'_>, keyword: Keyword, start: usize, text: &[u8]) -> BlockKind {
     let value = fingerprint(text.iter().copied().filter(|byte| !byte.is_ascii_whitespace() && *byte != b'$'));
     let end = scan.extent.body_end;

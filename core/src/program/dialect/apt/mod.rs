@@ -1,8 +1,8 @@
-//! APT cutter location text (CLDATA): a major word, `/`, minor words and numbers between commas; `$` at the end of a
-//! line runs on, `$$` begins a comment.
+//! APT cutter location text (CLDATA): a major word, `/`, minor words and numbers separated by commas. A `$` at the end
+//! of a line continues the statement on the next line, and `$$` begins a comment.
 //!
 //! A `GOTO/` has three values (tip), six (tip and tool axis) or nine (tip, tool axis, contact normal out of the part
-//! toward the tool). Words of post-processors that are not known are left alone: they do not move the points.
+//! toward the tool). Unknown words of post-processors are left unchanged, because they do not move the points.
 
 mod code;
 mod line;
@@ -14,7 +14,7 @@ use super::detect::starts;
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 
-/// What is true of cutter location data.
+/// The rules of cutter location data.
 pub(super) const RULES: DialectRules = DialectRules {
     name: "apt",
     grammar: Grammar::Points,
@@ -40,7 +40,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     },
 };
 
-/// Statements of no other dialect.
+/// Statements that no other dialect has.
 const STATEMENTS: [&[u8]; 11] = [
     b"PARTNO/", b"PARTNO ", b"GOTO/", b"CUTTER/", b"FEDRAT/", b"LOADTL/", b"LOAD/", b"TLAXIS/", b"SPINDL/",
     b"UNITS/", b"UNIT/",

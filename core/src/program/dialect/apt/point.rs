@@ -18,10 +18,11 @@ pub(in crate::program) const POINT: [Address; 9] = [
     Address::NZ,
 ];
 
-/// How far the length of a contact normal may be off 1: six decimals of a rounded vector, or single precision.
+/// The largest difference between the length of a contact normal and 1: six decimals of a rounded vector, or single
+/// precision.
 const NORMAL_LENGTH: f64 = 0.01;
 
-/// Goes behind the slash of the statement; false where there is none.
+/// Moves to the byte after the slash of the statement; false if there is no slash.
 fn slash(scan: &mut Line<'_>) -> bool {
     skip_blanks(scan);
     let found = scan.byte(scan.at) == b'/';
@@ -29,7 +30,7 @@ fn slash(scan: &mut Line<'_>) -> bool {
     found
 }
 
-/// The numbers between commas from the present position on, each with its start. Gives up at anything else.
+/// The numbers between commas from the present position on, each with its start. Fails at anything else.
 fn numbers(scan: &mut Line<'_>) -> Option<([(usize, Number); 9], usize)> {
     let mut list = [(0, Number::standing_for(0.0, 0)); 9];
     let mut count = 0;
@@ -102,7 +103,7 @@ fn words(
     scan.skip_all();
 }
 
-/// `GODLTA/dx,dy,dz`; along the tool axis with one value.
+/// `GODLTA/dx,dy,dz`; with one value, along the tool axis.
 pub(super) fn delta(scan: &mut Line<'_>, start: usize) -> BlockKind {
     if !slash(scan) {
         scan.fail_number(start);
@@ -153,7 +154,7 @@ pub(super) fn feed(scan: &mut Line<'_>, start: usize) -> BlockKind {
         }
         if let Some(number) = number(body, from, Spelling::Exponent) {
             if has_number {
-                // A feed for something else behind it.
+                // After the number, a feed for something else.
                 scan.keyword(Keyword::FeedElsewhere, from, number.end);
                 scan.at = number.end;
                 continue;

@@ -1,4 +1,4 @@
-//! What a statement of cutter location text is, by its major word.
+//! The kind of a statement of cutter location text, from its major word.
 
 use super::code::{is_harmless_code, is_harmless_number};
 use super::line::{Upper, has_minor, is_one_of, minors, rest, said, starts, told_apart, word_end};
@@ -7,7 +7,7 @@ use crate::program::dialect::line::Line;
 use crate::program::dialect::number::{Spelling, number};
 use crate::program::{Address, BlockKind, Keyword, WordForm};
 
-/// Statements whose rest is text of the post's, dollars included.
+/// Statements whose rest is text for the post-processor, dollar signs included.
 pub(super) const TEXT: [&[u8]; 9] = [
     b"PPRINT",
     b"PARTNO",
@@ -20,16 +20,16 @@ pub(super) const TEXT: [&[u8]; 9] = [
     b"TITLES",
 ];
 
-/// Statements that move the points behind them, or count them otherwise.
+/// Statements that move the points after them, or count them in another way.
 const TRANSFORMATIONS: [&[u8]; 12] = [
     b"TRACUT", b"ROTATE", b"TRANS", b"COPY", b"MIRROR", b"INDEX", b"MODE", b"ORIGIN", b"MATRIX", b"SCALE",
     b"ZOFF", b"REFSYS",
 ];
 
-/// Motions along surfaces that the processor has not worked out.
+/// Motions along surfaces that the processor has not computed.
 const SURFACE_MOTIONS: [&[u8]; 8] =
     [b"GO", b"GOFWD", b"GOLFT", b"GORGT", b"GOBACK", b"GOUP", b"GODOWN", b"ARC"];
-/// What calls or repeats other statements.
+/// Statements that call or repeat other statements.
 const CALLS: [&[u8]; 4] = [b"CALL", b"CALSUB", b"CALLSUB", b"SUBPRG"];
 
 const FLOW: [&[u8]; 7] = [b"JUMPTO", b"IF", b"DO", b"LOOPST", b"LOOPND", b"MACRO", b"TERMAC"];
@@ -88,7 +88,8 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
         }
         b"TLAXIS" => tool_axis(scan, start),
         b"UNITS" | b"UNIT" => units(scan, start),
-        // Along the tool, to a plane that other statements set; what the operator may skip up to OPSKIP/OFF.
+        // A motion along the tool to a plane that other statements set, or blocks up to OPSKIP/OFF that the operator
+        // may skip.
         b"RETRCT" | b"OPSKIP" => said(scan, Keyword::SurfaceMotion, start),
         b"PREFUN" => {
             let codes = || minors(scan, end).filter(|word| word.first().is_some_and(u8::is_ascii_digit));
@@ -149,7 +150,7 @@ fn tool(scan: &mut Line<'_>, start: usize) -> BlockKind {
     BlockKind::Words
 }
 
-/// `ROTABL/ 1.570796,AAXIS,TABLE,CCLW`: by nothing it is harmless, otherwise the points behind it are turned.
+/// `ROTABL/ 1.570796,AAXIS,TABLE,CCLW`: an angle of zero is harmless; otherwise the points after it are turned.
 fn rotation(scan: &mut Line<'_>, start: usize) -> BlockKind {
     let turns = minors(scan, scan.at).any(|word| {
         number(word, 0, Spelling::Exponent).is_none_or(|number| number.value.abs() > 0.0)

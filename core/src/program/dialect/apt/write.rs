@@ -1,16 +1,16 @@
-//! APT rows: a feed is a statement of its own before the point.
+//! APT rows: a feed is a separate statement before the point.
 
 use super::point::POINT;
 use crate::program::batch::FeedStatement;
 use crate::program::writer::{Style, line_ending};
 use crate::program::{Address, Batch, Block, Keyword, NewWord, WordForm};
 
-/// How many values a row has that needs these: three, six or nine.
+/// The number of values in a row that needs these addresses: three, six or nine.
 fn row_length(needs: impl Fn(Address) -> bool) -> usize {
     POINT.iter().rposition(|address| needs(*address)).map_or(3, |last| (last / 3 + 1) * 3)
 }
 
-/// The point again with other values, behind a feed statement where the words have a feed.
+/// The point again with other values, after a feed statement if the words have a feed.
 pub(super) fn print_point(
     batch: &Batch,
     block: &Block,
@@ -48,8 +48,8 @@ pub(super) fn print_point(
     out.extend_from_slice(text(batch, copied, block.body_end));
 }
 
-/// A new point in the style of an old one, behind a feed statement where the words have a feed. Values without a new
-/// word are the old one's.
+/// A new point in the style of an old one, after a feed statement if the words have a feed. Values without a new word
+/// are taken from the old point.
 pub(super) fn insert_point(
     batch: &Batch,
     source: &Block,
@@ -60,7 +60,7 @@ pub(super) fn insert_point(
 ) {
     print_feed(batch, source, new, out);
     if new.iter().all(|word| word.address == Address::F) {
-        // Its line ending is printed by the caller.
+        // The caller prints the line ending.
         let ending = line_ending(batch, source).len();
         out.truncate(out.len().saturating_sub(ending));
         return;
@@ -107,14 +107,14 @@ fn print_row(batch: &Batch, source: &Block, new: &[NewWord], dropped: &[Address]
             (None, None) => out.push(b'0'),
         }
     }
-    // Blanks and commas behind the last value, as the program has them.
+    // Blanks and commas after the last value, as the program has them.
     let tail = last.map_or(&b""[..], |last| text(batch, last.end, source.body_end));
     if tail.iter().all(|byte| matches!(byte, b',' | b' ' | b'\t')) {
         out.extend_from_slice(tail);
     }
 }
 
-/// `FEDRAT/…` on a line of its own.
+/// `FEDRAT/…` on a separate line.
 fn print_feed(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) {
     let Some(feed) = new.iter().find(|word| word.address == Address::F) else { return };
     let statement = statement_before(batch, block);
@@ -149,7 +149,7 @@ fn print_feed(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) 
     out.extend_from_slice(line_ending(batch, block));
 }
 
-/// How the last feed before this block was written.
+/// The style of the last feed before this block.
 fn statement_before(batch: &Batch, block: &Block) -> FeedStatement {
     let mut before = batch.blocks.iter().rev().skip_while(|other| other.start > block.start);
     before.find_map(|other| FeedStatement::of(batch, other)).unwrap_or(batch.habits.feed_before)

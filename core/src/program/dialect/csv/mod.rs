@@ -1,4 +1,4 @@
-//! Programs as tables: a header row, then one linear motion a row.
+//! Programs as tables: a header row, then one linear motion in each row.
 
 mod table;
 mod write;
@@ -8,13 +8,13 @@ pub(super) use table::is_header;
 use super::rules::{Arithmetic, DialectRules, Grammar, Read};
 use crate::program::writer::Writing;
 
-/// What is true of tables.
+/// The rules of tables.
 pub(super) const RULES: DialectRules = DialectRules {
     name: "csv",
     grammar: Grammar::Cells,
     looks_ahead: false,
     may_roll_over: false,
-    // Its header does, which is the first line.
+    // The header in the first line shows the dialect.
     is_shown_by: |_| false,
     unread_statement: |_| None,
     has_banner: false,

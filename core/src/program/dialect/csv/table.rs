@@ -31,7 +31,7 @@ fn address(name: &[u8]) -> Option<Address> {
     NAMES.iter().find(|(known, _)| name.eq_ignore_ascii_case(known)).map(|(_, address)| *address)
 }
 
-/// The separator a header row uses.
+/// The separator that a header row uses.
 fn separator(header: &[u8]) -> u8 {
     [b';', b'\t'].into_iter().find(|byte| header.contains(byte)).unwrap_or(b',')
 }
@@ -88,7 +88,7 @@ pub(in crate::program) fn read_header(header: &[u8], line: u64) -> Result<(Vec<A
     Ok((columns, separator))
 }
 
-/// Reads one row. An empty cell is no word: the value before stays.
+/// Reads one row. An empty cell is not a word: the value before stays.
 pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let Source { text, start, shift, line: number, .. } = source;
     let body_end = line_end(text, start);
@@ -128,7 +128,7 @@ pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> Lin
     LineRead::one(end)
 }
 
-/// The words of a row that starts at `base` of the batch's text; or what is wrong between two of its bytes.
+/// The words of a row that starts at `base` of the batch's text, or the fault between two of its bytes.
 fn read_cells(body: &[u8], base: usize, batch: &mut Batch) -> Result<(), (DiagnosticCode, usize, usize)> {
     let mut from = 0;
     let mut index = 0;
@@ -186,8 +186,8 @@ fn cell_count(body: &[u8], batch: &Batch) -> DiagnosticCode {
     }
 }
 
-/// A whole cell as value, decimals and whether it has a point. Exponents, as tables have them, count as decimals
-/// needed to write the value out.
+/// A whole cell as value, decimals and whether it has a point. An exponent counts as the decimals that are needed to
+/// write the value without it.
 fn cell_number(text: &[u8]) -> Option<(f64, u8, bool)> {
     let (negative, digits) = match text.split_first()? {
         (b'-', rest) => (true, rest),

@@ -2,8 +2,8 @@
 
 use crate::program::{Address, Batch, Block, NewWord};
 
-/// A row of a table: cells with a new word are written anew, blanks before them kept. What a row has beyond its columns
-/// stays, and cells that it lacks stay away where nothing new comes behind them.
+/// A row of a table. Cells with a new word are written again, and the blanks before them are kept. Cells beyond the
+/// columns of the table are kept. Missing cells stay missing unless a new value comes after them.
 pub(super) fn print_row(
     batch: &Batch,
     block: &Block,

@@ -1,7 +1,8 @@
 //! Q parameters of Heidenhain controls.
 //!
-//! `Q5 = …` formulas and FN 0 to FN 8 of known values are worked out. What a control or a probing cycle puts there (Q100
-//! to Q199, FN 18 and others) is not known, nor is anything behind a call or a statement whose target cannot be read.
+//! `Q5 = …` formulas and FN 0 to FN 8 of known values are computed. Values that a control or a probing cycle sets
+//! (Q100 to Q199, FN 18 and others) are not known. After a call, or a statement whose target cannot be read, no value
+//! is known.
 
 use std::collections::BTreeMap;
 
@@ -11,14 +12,14 @@ use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word
 
 /// Parameters that the control itself sets.
 const OF_THE_CONTROL: std::ops::Range<u32> = 100..200;
-/// Most parameters a control has.
+/// The most parameters that a control has.
 const MAX_NUMBER: u32 = 10_000;
-/// Deepest formula that is worked out.
+/// The deepest formula that is computed.
 const MAX_DEPTH: u32 = 32;
 /// Decimals of a word whose value comes from a parameter.
 const DECIMALS: u8 = 4;
 
-/// What the program has assigned so far.
+/// The values that the program has assigned so far.
 #[derive(Debug, Clone, Default)]
 pub(in crate::program) struct Parameters {
     values: BTreeMap<u32, f64>,
@@ -47,7 +48,7 @@ impl Parameters {
         }
     }
 
-    /// Words whose parameter is known get its value.
+    /// Words whose parameter is known take its value.
     fn words(&self, batch: &mut Batch, block: &Block) {
         let Batch { text, words, .. } = batch;
         let words = words.get_mut(block.words_start as usize..block.words_end as usize).unwrap_or_default();
@@ -56,7 +57,7 @@ impl Parameters {
             let value = written.get(usize::from(word.lead)..).unwrap_or_default();
             let mut formula = Formula { text: value, at: 0, parameters: self };
             let Some(value) = formula.signed().filter(|_| formula.is_done()) else { continue };
-            // Written so that no number (NaN) is not taken either.
+            // In this form the condition also refuses NaN.
             if !matches!(value.abs(), size if size <= MAX_MAGNITUDE) {
                 continue;
             }
@@ -76,7 +77,7 @@ impl Parameters {
             _ => text,
         };
         if starts_with(body, b"QS") {
-            // Text.
+            // A text parameter.
             return;
         }
         let mut head = Formula { text: body, at: 0, parameters: self };
@@ -85,7 +86,8 @@ impl Parameters {
         }
         let is_told = head.at > 0;
         let Some(name) = head.name() else {
-            // A table's row may go into several, a name may be one that is not read: all are in doubt.
+            // A table's row may set several parameters, and a name may be one that is not read. So all values are in
+            // doubt.
             self.values.clear();
             return;
         };
@@ -169,7 +171,7 @@ impl Parameters {
         formula.is_done().then_some(value)
     }
 
-    /// `Q200=+2 ;SET-UP CLEARANCE` lines of a cycle: it sets these parameters.
+    /// `Q200=+2 ;SET-UP CLEARANCE` lines of a cycle. They set these parameters.
     fn cycle(&mut self, batch: &Batch, block: &Block) {
         let text = batch.text.get(block.start as usize..block.body_end as usize).unwrap_or_default();
         for line in text.split(|byte| matches!(byte, b'\n' | b'\r')) {
@@ -189,7 +191,7 @@ impl Parameters {
     }
 }
 
-/// Whether something unseen runs here that may set any parameter.
+/// Whether the block runs unseen text that may set any parameter.
 fn calls(words: &[Word]) -> bool {
     words.iter().any(|word| match word.keyword() {
         Some(keyword) => matches!(
@@ -218,7 +220,7 @@ fn statement<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {
     text.get(from..to).unwrap_or_default().trim_ascii()
 }
 
-/// A formula while it is worked out.
+/// The state of a formula that is being computed.
 struct Formula<'a> {
     text: &'a [u8],
     at: usize,
@@ -252,7 +254,7 @@ impl Formula<'_> {
         found.then(|| self.at += word.len())
     }
 
-    /// `Q5`, `QL5`, `QR5` as a number of its own each.
+    /// `Q5`, `QL5`, `QR5`, each as a unique number.
     fn name(&mut self) -> Option<u32> {
         self.skip_blanks();
         let from = self.at;
@@ -279,7 +281,7 @@ impl Formula<'_> {
         number.map(|number| kind * MAX_NUMBER + number)
     }
 
-    /// A number or a parameter with signs before it.
+    /// A number or a parameter, with the signs before it.
     fn signed(&mut self) -> Option<f64> {
         self.skip_blanks();
         let negative = self.byte() == b'-';
@@ -337,7 +339,7 @@ impl Formula<'_> {
         }
     }
 
-    /// `a ^ b`. Which of a sign and a power comes first, and of two powers, is left open: neither is worked out.
+    /// `a ^ b`. The order of a sign and a power, and of two powers, is not defined. Neither is computed.
     fn power(&mut self, depth: u32) -> Option<f64> {
         self.skip_blanks();
         let has_sign = matches!(self.byte(), b'-' | b'+');
@@ -414,7 +416,7 @@ impl Formula<'_> {
             b"INT" => Some(value.trunc()),
             b"ABS" => Some(value.abs()),
             b"FRAC" => Some(value - value.trunc()),
-            // Of nothing it is 0 on some controls and 1 on others.
+            // The sign of zero is 0 on some controls and 1 on others.
             b"SGN" => (value.abs() > 0.0).then_some(1.0_f64.copysign(value)),
             _ => None,
         }

@@ -1,13 +1,13 @@
-//! Cycles: most only define what a later call does; a few act where they stand.
+//! Cycles. Most of them only define the effect of a later call. A few act at their own place.
 
 use super::line::{Value, value};
 use super::statement::said;
 use crate::program::dialect::line::Line;
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
-/// Cycles of points and patterns that call the cycle defined before, where they stand.
+/// Cycles of points and patterns. At their own place they call the cycle that was defined before.
 const CALLING: [u32; 4] = [220, 221, 224, 239];
-/// From here on cycles of turning, grinding and probing, of which some move at once.
+/// From this number on: cycles of turning, grinding and probing, some of which move at once.
 const FIRST_UNKNOWN: u32 = 290;
 
 /// `CYCL DEF 7.1 X+10`, `CYCL CALL`; `CYCLE` is accepted for `CYCL`.
@@ -31,7 +31,7 @@ pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     match cycle {
         7 => datum(scan, start, head, part),
         8 => {
-            // The axes named are mirrored; none named: none is.
+            // The named axes are mirrored. If no axis is named, no axis is mirrored.
             let named =
                 part == 1 && scan.slice(head, comment(scan, head)).iter().any(u8::is_ascii_alphabetic);
             let on = part != 1 || named;
@@ -47,7 +47,7 @@ pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
         }
         26 => axis_scaling(scan, start, head, part),
         19 => {
-            // Without angles (answered with NO ENT) the cycle is switched off.
+            // Without angles (answered with NO ENT) the cycle is off.
             let is_bare = || !scan.slice(head, comment(scan, head)).iter().any(u8::is_ascii_alphabetic);
             let off = part == 1 && (is_bare() || all_values(scan, head, 0.0));
             said(scan, if off { Keyword::TiltOff } else { Keyword::TiltOn }, start)
@@ -56,7 +56,7 @@ pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
         number if CALLING.contains(&number) => said(scan, Keyword::CycleCall, start),
         number if number >= FIRST_UNKNOWN => said(scan, Keyword::UnknownStatement, start),
         _ => {
-            // Parameters of the cycle are Q parameters that it sets.
+            // The parameters of the cycle are Q parameters, and the cycle sets them.
             if memchr::memchr(b'=', scan.slice(head, scan.extent.body_end)).is_some() {
                 scan.flags.set(BlockFlags::ASSIGNS);
             }
@@ -65,7 +65,7 @@ pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     }
 }
 
-/// `7.1` as cycle and part; the part is 0 where none is written.
+/// `7.1` as cycle and part. The part is 0 if none is written.
 fn number_and_part(scan: &mut Line<'_>) -> Option<(u32, u32)> {
     let from = scan.at;
     while scan.byte(scan.at).is_ascii_digit() {
@@ -85,13 +85,13 @@ fn number_and_part(scan: &mut Line<'_>) -> Option<(u32, u32)> {
     Some((number, part))
 }
 
-/// Where the comment begins, or the end.
+/// The position where the comment begins, or the end.
 fn comment(scan: &Line<'_>, from: usize) -> usize {
     let body = scan.slice(from, scan.extent.body_end);
     from + memchr::memchr(b';', body).unwrap_or(body.len())
 }
 
-/// Whether letters with values stand there, each of them this one. Words of a positioning (F, R0) do not count.
+/// Whether the text has letters with values that are all `wanted`. Words of a positioning (F, R0) do not count.
 fn all_values(scan: &Line<'_>, head: usize, wanted: f64) -> bool {
     let end = comment(scan, head);
     let mut at = head;
@@ -104,7 +104,7 @@ fn all_values(scan: &Line<'_>, head: usize, wanted: f64) -> bool {
         let letters = scan.letters_end(at);
         let name = scan.slice(at, letters);
         if matches!(name, [b'I' | b'i', ..]) {
-            // `IROT+0` adds nothing and takes nothing back.
+            // `IROT+0` adds nothing and removes nothing.
             return false;
         }
         let counts = !matches!(name, b"F" | b"R" | b"FMAX" | b"ABST" | b"f" | b"r");
@@ -123,7 +123,7 @@ fn all_values(scan: &Line<'_>, head: usize, wanted: f64) -> bool {
     some
 }
 
-/// `26.1 X0.99 Y1`: axes scaled each for itself; without axis words where what is scaled cannot be read.
+/// `26.1 X0.99 Y1`: each axis has its own scale. The statement gets no axis words if the scaled axes cannot be read.
 fn axis_scaling(scan: &mut Line<'_>, start: usize, head: usize, part: u32) -> BlockKind {
     if part == 0 {
         return said(scan, Keyword::Statement, start);
@@ -165,7 +165,7 @@ fn axis_scaling(scan: &mut Line<'_>, start: usize, head: usize, part: u32) -> Bl
     BlockKind::Words
 }
 
-/// Datum shift: `7.0` begins it, `7.1 X+10`, `7.2 Y+5`, … state it axis by axis; `#5` takes it from a table.
+/// Datum shift: `7.0` begins it, `7.1 X+10`, `7.2 Y+5`, … state it axis by axis. `#5` takes it from a table.
 fn datum(scan: &mut Line<'_>, start: usize, head: usize, part: u32) -> BlockKind {
     if part == 0 {
         return said(scan, Keyword::Statement, start);
@@ -201,7 +201,7 @@ pub(super) fn datum_function(scan: &mut Line<'_>, start: usize, end: usize) -> B
     BlockKind::Words
 }
 
-/// The axis words behind `head`.
+/// The axis words after `head`.
 fn axis_words(scan: &mut Line<'_>, head: usize) {
     let end = comment(scan, head);
     scan.at = head;
@@ -228,7 +228,7 @@ fn axis_words(scan: &mut Line<'_>, head: usize) {
     }
 }
 
-/// `CYCL DEF 247 … Q339=+1`: another preset.
+/// `CYCL DEF 247 … Q339=+1`: selects another preset.
 fn preset(scan: &mut Line<'_>, start: usize, head: usize) -> BlockKind {
     scan.keyword(Keyword::Preset, start, head);
     let body = scan.slice(head, scan.extent.body_end);

@@ -1,4 +1,4 @@
-//! Where a statement of a conversational program begins and ends, and what it opens with.
+//! The beginning and the end of a statement of a conversational program, and its first words.
 
 use super::statement;
 use crate::program::dialect::LineRead;
@@ -7,10 +7,10 @@ use crate::program::dialect::number::{Number, Spelling, number};
 use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
 
-/// Most lines looked at behind a path for a rounding or a chamfer: comments may stand between.
+/// The most lines after a path in which a rounding or a chamfer is searched. Comments may be between them.
 const MAX_LOOKAHEAD: usize = 32;
 
-/// Reads a statement and adds it to the batch; `None` where lines that belong to it are not there yet.
+/// Reads a statement and adds it to the batch; `None` if lines of the statement have not arrived yet.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
     let Source { text, start, is_last, .. } = source;
     let whole = extent(text, start, is_last, runs_on)?;
@@ -35,7 +35,7 @@ pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Op
             scan.skip_all();
             BlockKind::Blank
         }
-        // `* - …` structures the program for the reader.
+        // `* - …` structures the program for its reader.
         b';' | b'*' => {
             scan.flags.set(BlockFlags::COMMENT);
             scan.skip_all();
@@ -50,7 +50,7 @@ pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Op
     Some(scan.close(kind))
 }
 
-/// A block number too long to be one is no word.
+/// A block number with more digits than this is not read as a word.
 const MAX_NUMBER_DIGITS: usize = 9;
 
 fn block_number(scan: &mut Line<'_>, from: usize, to: usize) {
@@ -62,11 +62,11 @@ fn block_number(scan: &mut Line<'_>, from: usize, to: usize) {
     }
 }
 
-/// What a line opens with.
+/// The beginning of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Opening {
     is_deleted: bool,
-    /// Where the statement begins behind mark, blanks and block number.
+    /// Start of the statement after mark, blanks and block number.
     statement: usize,
     /// The first two letters of the statement.
     letters: [u8; 2],
@@ -101,7 +101,7 @@ impl Opening {
         Self { is_deleted, statement: at, letters: [letter(at), letter(at + 1)], number }
     }
 
-    /// Whether a line, a circle or a straight line with vectors stands here: what a corner can be cut off.
+    /// Whether the statement is a line, a circle or a straight line with vectors. Only their corners can be cut off.
     fn is_path(&self) -> bool {
         let [first, second] = self.letters;
         match first {
@@ -112,11 +112,12 @@ impl Opening {
     }
 }
 
-/// What depends on the end and the direction of the path before it.
+/// Elements that depend on the end and the direction of the path before them.
 const CHANGE_THE_CORNER: [&[u8]; 7] = [b"RND", b"CHF", b"CT", b"CTP", b"DEP", b"FCT", b"FLT"];
 
-/// Whether a rounding (RND) or a chamfer (CHF) cuts the corner between what was read and what follows, or an element
-/// follows that goes on in its direction (CT, CTP, DEP and free contours); `None` where that is not to be seen yet.
+/// Whether a rounding (RND) or a chamfer (CHF) cuts the corner between the text read so far and the next element. Also
+/// true if the next element continues in the direction of this one (CT, CTP, DEP and free contours). `None` if this is
+/// not known yet.
 fn corner_follows(rest: &[u8], last: bool) -> Option<bool> {
     let mut at = 0;
     for _ in 0..MAX_LOOKAHEAD {
@@ -140,8 +141,8 @@ fn corner_follows(rest: &[u8], last: bool) -> Option<bool> {
     if last || at < rest.len() { Some(false) } else { None }
 }
 
-/// Whether a statement runs on behind this line: with `~` at its end, in or before its comment, or with the
-/// parameters of a cycle indented behind it.
+/// Whether a statement continues after this line: with `~` at its end, in or before its comment, or with the
+/// parameters of a cycle indented after it.
 fn runs_on(line: &[u8], rest: &[u8]) -> Option<bool> {
     if line.trim_ascii_end().last() == Some(&b'~') {
         return Some(true);
@@ -164,7 +165,7 @@ fn runs_on(line: &[u8], rest: &[u8]) -> Option<bool> {
     )
 }
 
-/// Whether lines of parameters can follow: behind the head of a cycle, and behind another such line.
+/// Whether lines of parameters can follow: after the head of a cycle, and after another line of parameters.
 fn has_parameters(line: &[u8]) -> bool {
     let statement = line.get(Opening::of(line).statement..).unwrap_or_default();
     let starts =
@@ -181,10 +182,10 @@ fn is_parameter(text: &[u8]) -> bool {
     digits > 0 && rest.get(digits..).unwrap_or_default().trim_ascii_start().first() == Some(&b'=')
 }
 
-/// A value behind a letter: where the digits or the parameter begin, and what it is.
+/// A value after a letter: where the digits or the parameter begin, and the kind of the value.
 pub(super) enum Value {
     Number(Number),
-    /// `+Q12`, `-QL3`: one past its end.
+    /// `+Q12`, `-QL3`: one after its end.
     Parameter(usize),
     None,
 }

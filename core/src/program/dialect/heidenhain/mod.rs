@@ -1,4 +1,5 @@
-//! Heidenhain conversational programs: a statement a line, block numbers or none, `~` where a statement runs on.
+//! Heidenhain conversational programs: one statement on each line, with or without block numbers. A `~` continues a
+//! statement.
 
 pub(in crate::program) mod constants;
 mod cycle;
@@ -13,7 +14,7 @@ use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampFor
 use crate::program::writer::Writing;
 use crate::program::{Address, Code};
 
-/// What is true of conversational programs.
+/// The rules of conversational programs.
 pub(super) const RULES: DialectRules = DialectRules {
     name: "heidenhain",
     grammar: Grammar::Conversational,
@@ -49,7 +50,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     },
 };
 
-/// M codes that act when the block's motion is done.
+/// M codes that act after the block's motion has ended.
 const END_CODES: [Code; 17] = [
     Code::M(0),
     Code::M(10),
@@ -70,17 +71,17 @@ const END_CODES: [Code; 17] = [
     Code::M(1490),
 ];
 
-/// Statements of no other dialect.
+/// Statements that no other dialect has.
 const STATEMENTS: [&[u8]; 5] = [b"BEGIN PGM", b"BLK FORM", b"CYCL DEF", b"TOOL CALL", b"TOOL DEF"];
 
-/// Whether a line, with no blanks at its ends, is one of a conversational program and of no other.
+/// Whether a line, without blanks at its ends, belongs to a conversational program and to no other dialect.
 fn is_shown_by(line: &[u8]) -> bool {
     let digits = line.iter().take_while(|byte| byte.is_ascii_digit()).count();
     let statement = line.get(digits..).unwrap_or_default().trim_ascii_start();
     STATEMENTS.iter().any(|mark| starts(statement, mark))
 }
 
-/// The number at `at`, with sign and decimal comma, and one past its end.
+/// The number at `at`, with sign and decimal comma, and one after its end.
 fn conversational_number(text: &[u8], at: usize) -> Option<(f64, usize)> {
     number::number(text, at, Spelling::Comma).map(|number| (number.value, number.end))
 }

@@ -6,12 +6,12 @@ use crate::program::dialect::line::Line;
 use crate::program::line::{line_end, next_line};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
-/// M codes whose words behind them are their own: a feed of other motions (M103, M128), limits of the handwheel
-/// (M118), axes (M94, M138), distances (M140), blocks or angles (M112, M120, M124).
+/// M codes to which the words after them belong: a feed of other motions (M103, M128), limits of the handwheel (M118),
+/// axes (M94, M138), distances (M140), blocks or angles (M112, M120, M124).
 const WITH_ARGUMENTS: [u32; 9] = [94, 103, 112, 118, 120, 124, 128, 138, 140];
 
-/// Reads the words behind the statement's own word, which ends at `end`. Without `coordinates` the axis words name no
-/// place to go to.
+/// Reads the words after the statement's own word, which ends at `end`. Without `coordinates` the axis words do not
+/// name a place to go to.
 pub(super) fn read(
     scan: &mut Line<'_>,
     keyword: Option<Keyword>,
@@ -60,10 +60,10 @@ pub(super) fn read(
     BlockKind::Words
 }
 
-/// Reads only what stays in force behind the statement, skipping all other words.
+/// Reads only the words that stay in force after the statement, and skips all others.
 pub(super) fn read_modes(scan: &mut Line<'_>) {
     let statement = scan.slice(scan.start, scan.at);
-    // The feed of a rounding or a chamfer is its own.
+    // A rounding or a chamfer has its own feed.
     let own_feed = [b"RND", b"CHF"].iter().any(|word| {
         statement.get(statement.len().saturating_sub(3)..).is_some_and(|end| end.eq_ignore_ascii_case(*word))
     });
@@ -87,7 +87,7 @@ pub(super) fn read_modes(scan: &mut Line<'_>) {
     }
 }
 
-/// Goes behind the comment; the statement may run on in the next line.
+/// Moves to the byte after the comment. The statement may continue on the next line.
 fn comment(scan: &mut Line<'_>) {
     scan.flags.set(BlockFlags::COMMENT);
     let end = line_end(scan.text, scan.at).min(scan.extent.body_end);
@@ -109,7 +109,7 @@ fn word(scan: &mut Line<'_>, address: Address, form: WordForm, start: usize, lea
     }
 }
 
-/// An axis that no five-axis machine of ours has.
+/// An axis that no five-axis machine in this model has.
 fn other_axis(scan: &mut Line<'_>, start: usize, end: usize) {
     scan.keyword(Keyword::UnknownStatement, start, end);
     skip_value(scan, start, end - start);
@@ -149,7 +149,7 @@ fn feed(scan: &mut Line<'_>, start: usize) {
         scan.keyword(Keyword::FeedElsewhere, start, letters);
         scan.at = letters;
     } else if word_text.eq_ignore_ascii_case(b"U") || word_text.eq_ignore_ascii_case(b"Z") {
-        // Per turn or per tooth, from here to the next F.
+        // Per revolution or per tooth, from here to the next F.
         scan.keyword(Keyword::FeedElsewhere, start, letters);
         skip_value(scan, start, letters - start);
     } else {

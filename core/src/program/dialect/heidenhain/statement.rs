@@ -7,7 +7,7 @@ use crate::program::dialect::line::Line;
 use crate::program::dialect::number::{Number, fingerprint};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
-/// Statements that change nothing the path depends on.
+/// Statements that change nothing on which the path depends.
 const HARMLESS: [&[u8]; 11] = [
     b"BLK", b"STOP", b"PATTERN", b"SEL", b"SELECT", b"DECLARE", b"DEFINE", b"OPEN", b"CLOSE", b"ERROR",
     b"NULL",
@@ -30,10 +30,10 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
         b"L" => path::read(scan, Some(Keyword::L), end, true),
         b"LN" => path::read(scan, Some(Keyword::Ln), end, true),
         b"C" => path::read(scan, Some(Keyword::ArcAboutCentre), end, true),
-        // The radius decides the circle, not the end.
+        // The radius decides the circle and not the end.
         b"CR" => path::read(scan, Some(Keyword::ArcOfRadius), end, true),
         b"CT" => path::read(scan, Some(Keyword::TangentArc), end, true),
-        // The pole is no place to go to.
+        // The pole is not a place to go to.
         b"CC" => path::read(scan, Some(Keyword::CircleCentre), end, false),
         b"M" => path::read(scan, None, start, true),
         b"CP" | b"CTP" | b"LP" | b"RND" | b"CHF" | b"APPR" | b"DEP" | b"FL" | b"FLT" | b"FC" | b"FCT"
@@ -55,7 +55,7 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
     }
 }
 
-/// Leaves the statement with this word alone.
+/// Reads the statement as this word only.
 pub(super) fn said(scan: &mut Line<'_>, keyword: Keyword, start: usize) -> BlockKind {
     let end = scan.extent.body_end;
     scan.keyword(keyword, start, end);
@@ -64,7 +64,7 @@ pub(super) fn said(scan: &mut Line<'_>, keyword: Keyword, start: usize) -> Block
 }
 
 fn unknown(scan: &mut Line<'_>, start: usize) -> BlockKind {
-    // Text that no statement begins with cannot be read; a statement that is not known can be left alone.
+    // Text with which no statement begins cannot be read. An unknown statement can be left unchanged.
     if scan.byte(start).is_ascii_alphabetic() {
         return said(scan, Keyword::UnknownStatement, start);
     }
@@ -72,7 +72,7 @@ fn unknown(scan: &mut Line<'_>, start: usize) -> BlockKind {
     BlockKind::Malformed
 }
 
-/// A harmless statement; the M codes behind `STOP` count.
+/// A harmless statement. The M codes after `STOP` count.
 fn harmless(scan: &mut Line<'_>, start: usize) -> BlockKind {
     let end = scan.letters_end(start);
     if scan.slice(start, end).eq_ignore_ascii_case(b"STOP") {
@@ -82,7 +82,7 @@ fn harmless(scan: &mut Line<'_>, start: usize) -> BlockKind {
     said(scan, Keyword::Statement, start)
 }
 
-/// What the control works out from the neighbours or in polar coordinates: only modes are read.
+/// An element that the control computes from its neighbours or in polar coordinates. Only the modes are read.
 fn contour_element(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.keyword(Keyword::ContourElement, start, end);
     scan.at = end;
@@ -90,7 +90,7 @@ fn contour_element(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     BlockKind::Words
 }
 
-/// The word at the present position in upper case, up to eight letters, and one past it.
+/// The word at the present position in upper case, up to eight letters, and one after it.
 fn next_word(scan: &mut Line<'_>) -> ([u8; 8], usize) {
     scan.skip_blanks();
     let end = scan.letters_end(scan.at);
@@ -101,7 +101,7 @@ fn next_word(scan: &mut Line<'_>) -> ([u8; 8], usize) {
     (word, end)
 }
 
-/// A label's number, or a number that stands for its name; `None` where a parameter names it.
+/// A label's number, or a number that represents its name; `None` if a parameter names it.
 fn label_name(scan: &mut Line<'_>) -> Option<(f64, usize)> {
     scan.skip_blanks();
     let from = scan.at;
@@ -109,7 +109,7 @@ fn label_name(scan: &mut Line<'_>) -> Option<(f64, usize)> {
         let rest = scan.slice(from + 1, scan.extent.body_end);
         let length = memchr::memchr3(b'"', b'\n', b'\r', rest)?;
         let name = rest.get(..length)?;
-        // Behind all label numbers; two names that met would only be taken for one label.
+        // Larger than all label numbers. If two names had the same number, they would only be taken as one label.
         let number = 1e6 + fingerprint(name.iter().copied());
         return Some((number, from + length + 2));
     }
@@ -142,7 +142,7 @@ fn label(scan: &mut Line<'_>, end: usize) -> BlockKind {
     BlockKind::Words
 }
 
-/// `CALL LBL n [REP k]`, `CALL PGM …` and whatever else is called.
+/// `CALL LBL n [REP k]`, `CALL PGM …` and all other calls.
 fn call(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, word_end) = next_word(scan);
@@ -160,7 +160,7 @@ fn call(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     BlockKind::Words
 }
 
-/// `FN 0: Q1 = …` and its kin.
+/// `FN 0: Q1 = …` and similar functions.
 fn function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     scan.skip_blanks();
@@ -173,7 +173,7 @@ fn function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
         .and_then(|text| text.parse().ok())
         .unwrap_or(99);
     match number {
-        // Sums, roots, angles; what the control tells.
+        // Sums, roots, angles, and values from the control.
         0..=8 | 13 | 18 | 24 | 28 => {
             scan.flags.set(BlockFlags::ASSIGNS);
             scan.skip_all();
@@ -207,7 +207,7 @@ fn assignment(scan: &mut Line<'_>, start: usize) -> BlockKind {
     BlockKind::Assignment
 }
 
-/// `TOOL CALL 5 Z S2000 F350 DL+0.1`: another tool, unless only the speed is called. `TOOL DEF` defines.
+/// `TOOL CALL 5 Z S2000 F350 DL+0.1`: another tool, unless only the speed is called. `TOOL DEF` only defines a tool.
 fn tool(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, word_end) = next_word(scan);
@@ -273,7 +273,7 @@ fn end_program(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     }
 }
 
-/// `PLANE RESET …` ends a tilted plane, every other PLANE begins one.
+/// `PLANE RESET …` ends a tilted plane, and every other PLANE begins one.
 fn plane(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     scan.at = end;
     let (word, _) = next_word(scan);
@@ -294,7 +294,7 @@ fn control_function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind 
     let keyword = if follows(b"RESET", b"TCPM") {
         Keyword::TcpmOff
     } else if has(b"TCPM") {
-        // Rotary words as angles, the tip's feed, the axes interpolated: only this is followed.
+        // Only this form is followed: rotary words as angles, the feed of the tip, the axes interpolated.
         let is_followed =
             follows(b"F", b"TCP") && follows(b"AXIS", b"POS") && !follows(b"PATHCTRL", b"VECTOR");
         let elsewhere = has(b"REFPNT") && !has(b"TIP-TIP");

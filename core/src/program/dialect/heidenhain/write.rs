@@ -1,10 +1,10 @@
-//! New Heidenhain blocks: `L` and the words; where words go in an old one.
+//! New Heidenhain blocks: `L` and the words. Also the position of new words in an old block.
 
 use super::RULES;
 use crate::program::writer::{Style, acts_at_end};
 use crate::program::{Address, Batch, Block, Keyword, NewWord, Word};
 
-/// The word behind which a feed goes: coordinates, sense of an arc, radius compensation come before it.
+/// The word after which a feed goes. Coordinates, the sense of an arc and radius compensation come before the feed.
 pub(super) fn feed_anchor(words: &[Word]) -> Option<usize> {
     words.iter().rposition(|word| {
         word.address.is_coordinate()
@@ -19,8 +19,8 @@ fn name(address: Address) -> Option<&'static [u8]> {
     RULES.writing.names.iter().find(|(named, _)| *named == address).map(|(_, name)| *name)
 }
 
-/// A new block: a number if one is given, `L` (or `LN`), these words, and where wanted the source's codes that act at
-/// its end.
+/// A new block: a number if one is given, `L` (or `LN`), these words, and if wanted the source's codes that act at its
+/// end.
 pub(super) fn insert_block(
     batch: &Batch,
     source: &Block,

@@ -1,5 +1,5 @@
-//! One line of ISO G-code into words. The plain case is one loop over letters, blanks and numbers; everything else
-//! is in `statement`.
+//! Turns one line of ISO G-code into words. The plain case is one loop over letters, blanks and numbers; everything
+//! else is in `statement`.
 
 use super::statement;
 use crate::program::comment::comment_end;
@@ -16,7 +16,7 @@ const LETTER: u8 = 1;
 const BLANK: u8 = 2;
 const LINE_END: u8 = 3;
 
-/// What a byte can begin. O begins words and statements, so it is special; control bytes are blanks.
+/// The kind of text that a byte can begin. O begins words and statements, so it is special. Control bytes are blanks.
 const CLASSES: [u8; 256] = {
     let mut classes = [SPECIAL; 256];
     let mut byte = 0;
@@ -39,7 +39,7 @@ const CLASSES: [u8; 256] = {
     classes
 };
 
-/// The words and the block of a plain line. Where it is none, words may have been added.
+/// The words and the block of a plain line. If the line is not plain, some words may already have been added.
 #[inline]
 fn words_of_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
     let Source { text, start, shift, line: number, .. } = source;
@@ -74,7 +74,7 @@ fn words_of_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
         drops_zero |= !read.has_whole;
         points |= read.has_point;
         words.push(Word {
-            // 0 − 0 is +0: a negative zero never enters.
+            // 0 − 0 is +0, so a negative zero never gets in.
             value: if negative { 0.0 - read.value } else { read.value },
             start: in_batch(at),
             end: in_batch(read.end),
@@ -112,8 +112,8 @@ fn words_of_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
     Some(end)
 }
 
-/// Reads a line of letters, short numbers and blanks, as nearly all are; `None`, and nothing in the batch, for any other
-/// line, a last one and an empty one.
+/// Reads a line of letters, short numbers and blanks, as nearly all lines are. For any other line, a last line and an
+/// empty line it returns `None` and leaves nothing in the batch.
 #[inline]
 pub(in crate::program::dialect) fn read_plain_line(
     source: Source<'_>,
@@ -171,13 +171,13 @@ fn word(line: &mut Line<'_>, letter: u8) {
     }
 }
 
-/// Whether an `E` directly after a number is its exponent: with a decimal point it is a word, `X10.5E3.2`.
+/// Whether an `E` directly after a number is its exponent. With a decimal point the `E` is a word: `X10.5E3.2`.
 #[cold]
 fn is_exponent(line: &Line<'_>) -> bool {
     exponent_at(line.text, line.at).is_some_and(|(_, has_point)| !has_point)
 }
 
-/// Gives up a line with an exponent at the present position.
+/// Fails the line because of an exponent at the present position.
 #[cold]
 fn fail_exponent(line: &mut Line<'_>) {
     let start = number_start(line.text, line.start, line.at);
@@ -207,7 +207,7 @@ fn special(line: &mut Line<'_>, byte: u8) {
     }
 }
 
-/// A comment. Behind an M code it may be its argument, `M202(0.0059)`: it stays with the code.
+/// A comment. After an M code it may be the code's argument, `M202(0.0059)`, and then it stays with the code.
 fn comment(line: &mut Line<'_>) {
     let start = line.at;
     let Ok(end) = comment_end(line.text, start) else {
@@ -226,7 +226,7 @@ fn comment(line: &mut Line<'_>) {
     }
 }
 
-/// What the line is where nothing on it says so.
+/// The kind of a line that does not state its kind.
 fn kind_of(line: &Line<'_>) -> BlockKind {
     if !line.words().is_empty() || line.flags.has(BlockFlags::DELETE) {
         BlockKind::Words
@@ -237,7 +237,7 @@ fn kind_of(line: &Line<'_>) -> BlockKind {
     } else if line.slice(line.start, line.at).trim_ascii().is_empty() {
         BlockKind::Blank
     } else {
-        // Control bytes, as old tapes and systems leave them: a block without words.
+        // Control bytes that old tapes and systems leave: a block without words.
         BlockKind::Words
     }
 }

@@ -10,13 +10,13 @@ pub(super) use line::read_plain_line;
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 
-/// What is true of ISO programs.
+/// The rules of ISO programs.
 pub(super) const RULES: DialectRules = DialectRules {
     name: "iso",
     grammar: Grammar::Letters,
     looks_ahead: false,
     may_roll_over: true,
-    // Template text: whatever it is to become, it is refused as such.
+    // Template text. It is refused as such, whatever its final dialect will be.
     is_shown_by: |line| line.starts_with(b"{"),
     unread_statement: |_| None,
     has_banner: true,

@@ -1,4 +1,4 @@
-//! What ISO programs contain besides plain words: expressions, parameters, O words, macro statements.
+//! The parts of ISO programs that are not plain words: expressions, parameters, O words, macro statements.
 
 use crate::program::dialect::line::Line;
 use crate::program::number::read_unsigned;
@@ -21,17 +21,17 @@ const FLOW_WORDS: [&[u8]; 14] = [
     b"BREAK",
     b"CONTINUE",
 ];
-/// Macro statements that change the flow; those with a number behind them come without it.
+/// Macro statements that change the flow. If a number follows the name, the list has the name without the number.
 const MACRO_FLOW: [&[u8]; 8] = [b"IF", b"WHILE", b"GOTO", b"DO", b"END", b"ELSE", b"ENDIF", b"ENDW"];
-/// Macro statements that only talk to the outside.
+/// Macro statements that only write to outside devices.
 const MACRO_OUTPUT: [&[u8]; 5] = [b"DPRNT", b"BPRNT", b"POPEN", b"PCLOS", b"SETVN"];
 /// Operators made of letters.
 const OPERATORS: [&[u8]; 10] = [b"MOD", b"AND", b"OR", b"XOR", b"EQ", b"NE", b"GT", b"GE", b"LT", b"LE"];
-/// Parameters from here on belong to the control; 3000–3999 are alarms, clocks and messages.
+/// Parameters from here on belong to the control. Of these, 3000–3999 are alarms, clocks and messages.
 const FIRST_SYSTEM_PARAMETER: f64 = 1000.0;
 const HARMLESS_PARAMETERS: std::ops::Range<f64> = 3000.0..4000.0;
 
-/// A letter at the present position that no plain number follows.
+/// A letter at the present position without a plain number after it.
 pub(super) fn odd_word(line: &mut Line<'_>, letter: u8) {
     let start = line.at;
     let run_end = line.letters_end(start);
@@ -127,7 +127,7 @@ fn assignment(line: &mut Line<'_>) {
     line.at = end;
 }
 
-/// Whether the parameter named in these bytes may be one of the control's own.
+/// Whether the parameter that these bytes name may be a parameter of the control.
 fn is_system_parameter(line: &Line<'_>, start: usize, end: usize) -> bool {
     match line.byte(start + 1) {
         // #<name> and #<_name> are the program's own.
@@ -179,7 +179,7 @@ fn o_word(line: &mut Line<'_>) {
     line.skip_all();
 }
 
-/// `<NAME>` alone: the name of a program, as an O word has it.
+/// `<NAME>` alone: the name of a program, as after an O word.
 fn named_program(line: &mut Line<'_>, start: usize) {
     match find_on_line(line, start, b'>') {
         Some(end) => line.name(Address::O, start, 0, end + 1),
@@ -187,7 +187,7 @@ fn named_program(line: &mut Line<'_>, start: usize) {
     }
 }
 
-/// One past a name that begins with a letter.
+/// One after a name that begins with a letter.
 fn plain_name_end(line: &Line<'_>, mut at: usize) -> usize {
     while line.byte(at).is_ascii_alphanumeric() || matches!(line.byte(at), b'_' | b'-' | b'.') {
         at += 1;
@@ -195,13 +195,13 @@ fn plain_name_end(line: &Line<'_>, mut at: usize) -> usize {
     at
 }
 
-/// `O SUB`, apart: of RS274 without its number. `OSUB` is a name.
+/// `O SUB` with a blank: flow of RS274 without its number. `OSUB` is a name.
 fn names_flow(line: &Line<'_>, start: usize, name: usize, name_end: usize) -> bool {
     let text = line.text.get(name..name_end).unwrap_or_default();
     name > start + 1 && (is_one_of(text, &FLOW_WORDS) || text.eq_ignore_ascii_case(b"CALL"))
 }
 
-/// `,R2` and its kin.
+/// `,R2` and similar words.
 fn comma_word(line: &mut Line<'_>) {
     let start = line.at;
     let letter = line.blanks_end(start + 1);
@@ -225,7 +225,7 @@ fn comma_word(line: &mut Line<'_>) {
     }
 }
 
-/// Whether the line holds nothing but its block number so far.
+/// Whether the line has only its block number so far.
 fn has_only_number(line: &Line<'_>) -> bool {
     let text = line.text[line.start..line.at].trim_ascii();
     matches!(text.first(), Some(b'N' | b'n' | b'/'))
@@ -241,8 +241,8 @@ fn find_on_line(line: &Line<'_>, from: usize, byte: u8) -> Option<usize> {
     (rest.get(at) == Some(&byte)).then_some(from + at)
 }
 
-/// One past a value: signs, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two). A number
-/// has one sign at most: `X--5` is a slip of whoever wrote it.
+/// One after a value: signs, then a number, `[…]`, a parameter, or a function with its argument (ATAN with two). A
+/// number has at most one sign: `X--5` is a typing error.
 fn skip_value(line: &Line<'_>, from: usize) -> Option<usize> {
     let mut at = line.blanks_end(from);
     let mut signs = 0_usize;
@@ -267,7 +267,7 @@ fn skip_value(line: &Line<'_>, from: usize) -> Option<usize> {
     }
 }
 
-/// One past the bracket that closes the one at `at`.
+/// One after the bracket that closes the one at `at`.
 fn skip_brackets(line: &Line<'_>, at: usize) -> Option<usize> {
     let mut depth = 0_u32;
     let mut from = at;
@@ -285,7 +285,7 @@ fn skip_brackets(line: &Line<'_>, at: usize) -> Option<usize> {
     }
 }
 
-/// One past a parameter: `#12`, `##3`, `#<name>`, `#[…]`, `#_NAME[…]`, `#ABS[…]`.
+/// One after a parameter: `#12`, `##3`, `#<name>`, `#[…]`, `#_NAME[…]`, `#ABS[…]`.
 fn skip_parameter(line: &Line<'_>, at: usize) -> Option<usize> {
     let mut at = at;
     while line.byte(at) == b'#' {

@@ -1,14 +1,14 @@
-//! How an OSP program shows itself, and what it may have that is not read.
+//! The marks of an OSP program, and its parts that are not read.
 
 use crate::program::ForeignDialect;
 use crate::program::dialect::detect::{ends_word, starts, without_number};
 
 /// Kinds of program files.
 const FILES: [&[u8]; 7] = [b".MIN", b".SSB", b".SDF", b".TOP", b".LIB", b".SUB", b".MSB"];
-/// Variables of the system with a subscript: zero offsets, tool offsets, inputs, gauges.
+/// System variables with a subscript: zero offsets, tool offsets, inputs, gauges.
 const TABLES: [&[u8]; 6] = [b"VZOF", b"VZSH", b"VTOF", b"VTLN", b"VGRIN", b"VSIO"];
 
-/// `$FLANGE.MIN%`: the name of the file that a program was kept in.
+/// `$FLANGE.MIN%`: the name of the file in which a program was kept.
 pub(super) fn is_program_file(line: &[u8]) -> bool {
     let Some(name) = line.strip_prefix(b"$") else { return false };
     let name = name.strip_suffix(b"%").unwrap_or(name);
@@ -17,7 +17,7 @@ pub(super) fn is_program_file(line: &[u8]) -> bool {
     })
 }
 
-/// `VC1=5`, `VZOFZ[1]=…`, `NOEX VC2=VC1`: a line with variables, which are not read.
+/// `VC1=5`, `VZOFZ[1]=…`, `NOEX VC2=VC1`: a line with variables. Variables are not read.
 pub(in crate::program::dialect) fn unread_statement(line: &[u8]) -> Option<ForeignDialect> {
     has_variables(without_number(line)).then_some(ForeignDialect::Okuma)
 }
@@ -37,9 +37,9 @@ fn has_variables(statement: &[u8]) -> bool {
     })
 }
 
-/// Whether two lines show that a text is an OSP program where none does alone: one with `G15 H` or `G16 H`, which select a
-/// work coordinate system there, and one with `G56` and H, which is a tool length there and a work offset without H
-/// everywhere else.
+/// Whether two lines together show that a text is an OSP program, if no line alone does. One line has `G15 H` or
+/// `G16 H`, which select a work coordinate system in OSP. The other has `G56` and H, which is a tool length in OSP and
+/// a work offset without H everywhere else.
 pub(in crate::program::dialect) fn has_marks<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool {
     let (mut selects, mut has_length) = (false, false);
     for line in lines {
@@ -50,16 +50,16 @@ pub(in crate::program::dialect) fn has_marks<'a>(lines: impl Iterator<Item = &'a
     selects && has_length
 }
 
-/// What a line of letters and whole numbers says of some codes.
+/// The codes in a line of letters and whole numbers.
 #[derive(Debug, Clone, Copy)]
 struct Codes {
-    /// By bit: the G codes below 64.
+    /// The G codes below 64, as bits.
     codes: u64,
     has_h: bool,
 }
 
 impl Codes {
-    /// Of a line up to its first comment; none where something else than letters and numbers stands before it.
+    /// The codes of a line up to its first comment; no codes if anything but letters and numbers comes before it.
     fn of(line: &[u8]) -> Self {
         let mut found = Self { codes: 0, has_h: false };
         let end = memchr::memchr2(b'(', b';', line).unwrap_or(line.len());

@@ -1,4 +1,4 @@
-//! One line of an OSP program into words. Plain lines are read as those of ISO programs.
+//! Turns one line of an OSP program into words. Plain lines are read as those of ISO programs.
 
 use crate::program::comment::comment_end;
 use crate::program::dialect::line::{Extent, Line, REPEATABLE, Source};
@@ -6,9 +6,9 @@ use crate::program::dialect::{LineRead, iso};
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode};
 
-/// Statements that call a program once. `MODIN` calls one behind every motion up to `MODOUT`.
+/// Statements that call a program once. `MODIN` calls a program after every motion up to `MODOUT`.
 const CALLS: [&[u8]; 1] = [b"CALL"];
-/// Statements that change the flow, or run at motions behind them.
+/// Statements that change the flow, or that act at the motions after them.
 const FLOW: [&[u8]; 7] = [b"IF", b"GOTO", b"RTS", b"MODIN", b"MODOUT", b"RTMCR", b"RTMDI"];
 
 /// Reads a line and adds it to the batch.
@@ -23,7 +23,7 @@ pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
             b'\n' | b'\r' => break,
             b' ' | b'\t' | 0x7f => line.at += 1,
             b'(' => comment(&mut line),
-            // `$PART.MIN%`: the name of the file, before the program or between two.
+            // `$PART.MIN%`: the name of the file, before the program or between two programs.
             b'%' | b'$' if line.is_untouched() => tape_mark(&mut line),
             b'/' if line.has_only_number() => skip_mark(&mut line),
             0xef if line.is_at_byte_order_mark() => line.at += 3,
@@ -81,12 +81,12 @@ fn word(line: &mut Line<'_>, letter: u8) {
     }
 }
 
-/// Whether what was read up to a byte is the beginning of something else: `VC1=5`, `X1*2`, `LA1[2]`.
+/// Whether the text read up to a byte is the beginning of something else: `VC1=5`, `X1*2`, `LA1[2]`.
 fn is_followed_by_more(line: &Line<'_>, at: usize) -> bool {
     matches!(line.byte(line.blanks_end(at)), b'=' | b'[' | b'*' | b'+' | b'-')
 }
 
-/// Letters that are no word of a block: the name of a program or a block, a call, the flow, or a statement.
+/// Letters that are not a word of a block: the name of a program or a block, a call, the flow, or a statement.
 fn named(line: &mut Line<'_>, address: Address) {
     let start = line.at;
     let end = name_end(line, start);
@@ -101,19 +101,19 @@ fn named(line: &mut Line<'_>, address: Address) {
     }
     let is_name = end > start + 1 && is_alone && !is_function(letters);
     match address {
-        // `OPART`; `NLAP1 G0 X5`: a block is called by its name, from elsewhere.
+        // `OPART`; `NLAP1 G0 X5`: another part of the program can call a block by its name.
         Address::O if is_name && line.opens() => line.name(Address::O, start, 1, end),
         Address::N if is_name && line.is_untouched() => line.name(Address::N, start, 1, end),
         _ => not_read(line),
     }
 }
 
-/// Whether these letters are a statement, though they begin as names do.
+/// Whether these letters are a statement, although they begin like a name.
 fn is_function(letters: &[u8]) -> bool {
     letters.eq_ignore_ascii_case(b"NOEX")
 }
 
-/// One past the letters and digits that start at a byte.
+/// One after the letters and digits that start at a byte.
 fn name_end(line: &Line<'_>, mut at: usize) -> usize {
     while line.byte(at).is_ascii_alphanumeric() {
         at += 1;
@@ -121,13 +121,13 @@ fn name_end(line: &Line<'_>, mut at: usize) -> usize {
     at
 }
 
-/// Gives the line up: variables and functions are not read.
+/// Fails the line, because variables and functions are not read.
 #[cold]
 fn not_read(line: &mut Line<'_>) {
     line.fail_with(|text| DiagnosticCode::StatementNotRead { text }, line.at);
 }
 
-/// What the line is where nothing on it says so.
+/// The kind of a line that does not state its kind.
 fn kind_of(line: &Line<'_>) -> BlockKind {
     if line.words().is_empty() && !line.flags.has(BlockFlags::DELETE) {
         if line.flags.has(BlockFlags::COMMENT) { BlockKind::Comment } else { BlockKind::Blank }
@@ -189,7 +189,7 @@ mod tests {
             assert!(matches!(code, DiagnosticCode::StatementNotRead { .. }), "{line}: {code:?}");
             assert_eq!(batch.faults().len(), 1, "{line}");
         }
-        // A word is a word, whatever is refused behind it.
+        // A word stays a word, whatever is refused after it.
         assert_eq!(read("G1 X5 Y=VC1\n").faults()[0].column, 7);
         assert!(
             read("G56 Z4.3307 H01\n")

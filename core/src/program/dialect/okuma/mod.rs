@@ -1,6 +1,7 @@
-//! Okuma OSP for machining centres: blocks of letters and numbers as ISO has them, in which some codes mean something else.
+//! Okuma OSP for machining centres: blocks of letters and numbers as in ISO programs. Some codes have another meaning.
 //!
-//! Variables (`VC1=5`, `X=VC1`), functions and `IF` are not read: a program with them is refused where they stand.
+//! Variables (`VC1=5`, `X=VC1`), functions and `IF` are not read. A program that has them is refused at the line that
+//! has them.
 
 mod detect;
 mod line;
@@ -10,7 +11,7 @@ pub(super) use detect::{has_marks, unread_statement};
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;
 
-/// What is true of OSP programs.
+/// The rules of OSP programs.
 pub(super) const RULES: DialectRules = DialectRules {
     name: "okuma",
     grammar: Grammar::Letters,

@@ -1,4 +1,4 @@
-//! How a Sinumerik program shows itself.
+//! The marks of a Sinumerik program.
 
 use crate::program::dialect::detect::starts;
 
@@ -37,7 +37,7 @@ const STATEMENTS: [&[u8]; 31] = [
     b"BRISK",
 ];
 
-/// Whether a line, with no blanks at its ends, is one of a Sinumerik program and of no other.
+/// Whether a line, without blanks at its ends, belongs to a Sinumerik program and to no other dialect.
 pub(super) fn is_shown_by(line: &[u8]) -> bool {
     if starts(line, b"%_N_") || starts(line, b";$PATH=") {
         return true;
@@ -60,7 +60,8 @@ pub(super) fn is_shown_by(line: &[u8]) -> bool {
         })
 }
 
-/// `_X_HOME=-365.`, `_LIST[2]=1`: a name that begins with an underscore, which no other dialect has bare.
+/// `_X_HOME=-365.`, `_LIST[2]=1`: a name that begins with an underscore. No other dialect has such a name without
+/// brackets.
 fn assigns_a_name(statement: &[u8]) -> bool {
     let Some(rest) = statement.strip_prefix(b"_") else { return false };
     let length = rest.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count();
@@ -68,13 +69,13 @@ fn assigns_a_name(statement: &[u8]) -> bool {
     length > 0 && matches!(next, [b'=' | b'[', ..])
 }
 
-/// Addresses that have `=` behind them in Sinumerik programs only.
+/// Addresses that have `=` after them only in Sinumerik programs.
 const ASSIGNED: [&[u8]; 18] = [
     b"X", b"Y", b"Z", b"A", b"B", b"C", b"I", b"J", b"K", b"F", b"A3", b"B3", b"C3", b"CR", b"AR", b"AP",
     b"RP", b"TURN",
 ];
 
-/// Whether an axis word, a feed, a radius or an R parameter has `=` behind it: `X=IC(5)`, `CR=12.5`, `R1=2`.
+/// Whether an axis word, a feed, a radius or an R parameter has `=` after it: `X=IC(5)`, `CR=12.5`, `R1=2`.
 pub(in crate::program::dialect) fn assigns_a_word(statement: &[u8]) -> bool {
     let statement = statement.trim_ascii_start();
     let end = statement.iter().position(|byte| b"([{;\"#".contains(byte)).unwrap_or(statement.len());

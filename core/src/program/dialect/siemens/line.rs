@@ -1,4 +1,4 @@
-//! One line of a Sinumerik program into words.
+//! Turns one line of a Sinumerik program into words.
 
 use super::constants::exponent_end;
 use super::statement;
@@ -15,7 +15,7 @@ const LETTER: u8 = 1;
 const BLANK: u8 = 2;
 const LINE_END: u8 = 3;
 
-/// What a byte can begin. Control bytes are blanks; an underscore begins names as letters do.
+/// The kind of text that a byte can begin. Control bytes are blanks. An underscore begins names, as letters do.
 const CLASSES: [u8; 256] = {
     let mut classes = [SPECIAL; 256];
     let mut byte = 0;
@@ -36,7 +36,7 @@ const CLASSES: [u8; 256] = {
     classes
 };
 
-/// Addresses that may stand several times in a block: H, too, for several functions at once.
+/// Addresses that may occur several times in a block. H is one of them, for several functions at once.
 const MAY_REPEAT: u32 = REPEATABLE | (1 << Address::H.index());
 
 /// Reads a line and adds it to the batch.
@@ -55,7 +55,7 @@ pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Li
     line.close(kind)
 }
 
-/// A letter with a number behind it; anything else is a statement.
+/// A letter with a number after it. Anything else is a statement.
 #[inline]
 fn word(line: &mut Line<'_>, letter: u8) {
     let start = line.at;
@@ -77,7 +77,7 @@ fn word(line: &mut Line<'_>, letter: u8) {
         at = line.blanks_end(at + 1);
     }
     let Some(number) = read_unsigned(line.text, at) else { return statement::named(line, start) };
-    // `X1=`, `L340(…)`, `M[1]=` and their kin are names; so is what has a letter's meaning of its own.
+    // `X1=`, `L340(…)`, `M[1]=` and similar texts are names. So is a letter with a meaning of its own.
     let next = line.byte(number.end);
     let takes_argument = matches!(letter, b'M' | b'm' | b'H' | b'h');
     let is_odd = matches!(next, b'=' | b'[' | b'_' | b'"' | b'E' | b'e')
@@ -95,7 +95,7 @@ fn word(line: &mut Line<'_>, letter: u8) {
     line.unsigned_word(address, start, 1, negative, &number);
 }
 
-/// `X=10.5`: a letter and `=`. With nothing but a number behind it, the word is as plain as `X10.5`.
+/// `X=10.5`: a letter and `=`. If only a number follows, the word is as plain as `X10.5`.
 #[inline]
 fn equals_word(line: &mut Line<'_>, letter: u8) {
     let start = line.at;
@@ -112,8 +112,8 @@ fn equals_word(line: &mut Line<'_>, letter: u8) {
     line.unsigned_word(Address::of_letter(letter), start, 2, negative, &number);
 }
 
-/// Whether a value surely ends at a byte: with the line, or with blanks and no operator behind them. Operators of
-/// letters have a second one; letters of words have none.
+/// Whether a value certainly ends at a byte: the line ends, or blanks follow without an operator after them. Operators
+/// of letters have a second letter; the letters of words do not.
 #[inline]
 fn is_value_end(line: &Line<'_>, at: usize) -> bool {
     match line.byte(at) {
@@ -129,7 +129,7 @@ fn is_value_end(line: &Line<'_>, at: usize) -> bool {
     }
 }
 
-/// Whether `=` (and not `==`) comes next behind blanks.
+/// Whether `=` (and not `==`) comes next, after blanks.
 #[inline]
 pub(super) fn has_equals(line: &Line<'_>, at: usize) -> bool {
     let at = line.blanks_end(at);
@@ -154,7 +154,7 @@ fn special(line: &mut Line<'_>, byte: u8) {
                 line.at += 1;
             }
         }
-        // A main block's number.
+        // The number of a main block.
         b':' if line.is_untouched() => match read_unsigned(line.text, line.at + 1) {
             Some(number) if !number.has_point && number.value <= MAX_MAGNITUDE => {
                 let number = Unsigned { decimals: 0, ..number };
@@ -168,7 +168,7 @@ fn special(line: &mut Line<'_>, byte: u8) {
     }
 }
 
-/// `M202(0.0059)`: an argument in round brackets behind an M or an H code belongs to its word.
+/// `M202(0.0059)`: an argument in round brackets after an M or an H code belongs to its word.
 fn take_argument(line: &mut Line<'_>) -> bool {
     let Ok(end) = comment_end(line.text, line.at) else { return false };
     let is_closed = line.slice(line.at, end).ends_with(b")");
@@ -189,19 +189,19 @@ fn take_argument(line: &mut Line<'_>) -> bool {
     }
 }
 
-/// Adds a statement word between two bytes of the line, and goes behind it.
+/// Adds a statement word between two bytes of the line, and moves to the byte after it.
 pub(super) fn push_keyword(line: &mut Line<'_>, keyword: Keyword, start: usize, end: usize) {
     line.at = line.at.max(end);
     line.keyword(keyword, start, end);
 }
 
 /// Whether the letter at a byte is the `E` of an exponent, directly after a number. The control's own exponents are
-/// written `EX`, and `E` alone begins none of its words there.
+/// written `EX`, and none of its words begins with `E` alone there.
 fn is_exponent(line: &Line<'_>, at: usize) -> bool {
     follows_number(line.text, line.start, at) && exponent_at(line.text, at).is_some()
 }
 
-/// Gives up a line with an exponent whose letter stands at this byte.
+/// Fails a line because of an exponent whose letter is at this byte.
 #[cold]
 pub(super) fn fail_exponent(line: &mut Line<'_>, at: usize) {
     let start = number_start(line.text, line.start, at);
@@ -218,7 +218,7 @@ pub(super) fn fail_value(line: &mut Line<'_>, start: usize, is_unclosed: bool) {
     }
 }
 
-/// What the line is where nothing on it says so.
+/// The kind of a line that does not state its kind.
 fn kind_of(line: &Line<'_>) -> BlockKind {
     let says_nothing = || {
         let body = line.slice(line.start, line.at).trim_ascii();
@@ -236,7 +236,7 @@ fn kind_of(line: &Line<'_>) -> BlockKind {
     }
 }
 
-/// Whether an exponent `EX…` stands at a byte.
+/// Whether an exponent `EX…` is at a byte.
 pub(super) fn has_exponent(text: &[u8], at: usize) -> Option<usize> {
     exponent_end(text, at)
 }

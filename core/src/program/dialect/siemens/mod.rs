@@ -1,7 +1,7 @@
 //! Sinumerik 840D: blocks of words, statement words, assignments, calls.
 //!
-//! The plain case, letters with numbers, is one loop in `line`; everything else is in `statement`, and what the names
-//! of the control's language are is the table of `names`.
+//! The plain case, letters with numbers, is one loop in `line`. Everything else is in `statement`. The table of
+//! `names` states what the names of the control's language are.
 
 pub(in crate::program) mod constants;
 mod detect;
@@ -15,7 +15,7 @@ use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampFor
 use crate::program::writer::{END_CODES, Writing};
 use crate::program::{Address, Code};
 
-/// What is true of Sinumerik programs.
+/// The rules of Sinumerik programs.
 pub(super) const RULES: DialectRules = DialectRules {
     name: "siemens",
     grammar: Grammar::Assignments,
@@ -34,7 +34,7 @@ pub(super) const RULES: DialectRules = DialectRules {
         or_semicolons: false,
     }),
     writing: Writing {
-        // M17, and RET: the end of a subprogram.
+        // M17 and RET: the end of a subprogram.
         end_codes: &[END_CODES, &[Code::M(170)]],
         names: &[(Address::TI, b"A3="), (Address::TJ, b"B3="), (Address::TK, b"C3=")],
         has_equals: true,

@@ -1,25 +1,25 @@
-//! The names of the control's language, and what a reader makes of them.
+//! The names of the control's language, and how a reader treats them.
 
 use crate::program::{Address, Keyword};
 
-/// What a name is.
+/// The kind of a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Name {
-    /// A statement word; brackets and a value behind it belong to it.
+    /// A statement word. Brackets and a value after it belong to it.
     Word(Keyword),
     /// A word of this address, with `=`.
     Value(Address),
-    /// A corner to the next block, as a word after a comma has it in ISO.
+    /// A corner to the next block, like a word after a comma in ISO programs.
     Corner(Address),
-    /// Nothing for the path's ends; brackets and a value behind it belong to it.
+    /// A name without effect on the path's ends. Brackets and a value after it belong to it.
     Nothing,
-    /// Control flow, or a macro that gives names another meaning.
+    /// Control flow, or a macro that gives names other meanings.
     Flow,
-    /// `DEF` and `REDEF`: the variables are declared by the block.
+    /// `DEF` and `REDEF`: the block declares the variables.
     Declaration,
     /// `PROC`, `EXTERN`: the head of a program.
     Heading,
-    /// Calls, and synchronous actions, which may do anything at any time.
+    /// Calls and synchronous actions. The latter may do anything at any time.
     Call,
     /// `RET`.
     Return,
@@ -28,10 +28,11 @@ pub(super) enum Name {
 
 use Name::{Call, Corner, Declaration, Flow, Heading, ModalCall, Nothing, Return, Value, Word};
 
-/// Longest name of the table.
+/// The longest name of the table.
 const MAX_LENGTH: usize = 11;
 
-/// What a name of two letters or more is, upper or lower case; `None` for the program's and the builder's own.
+/// The kind of a name of two letters or more, in upper or lower case; `None` for names of the program and of the
+/// machine's builder.
 pub(super) fn name(text: &[u8]) -> Option<Name> {
     let mut upper = [0; MAX_LENGTH];
     let upper = upper.get_mut(..text.len())?;
@@ -41,8 +42,8 @@ pub(super) fn name(text: &[u8]) -> Option<Name> {
     NAMES.get(found).map(|(_, name)| *name)
 }
 
-/// Cycles of the control with a number: standard cycles for holes, pockets, slots and turning leave modes and offsets
-/// as they were; those for measuring and the builder's own do not.
+/// Cycles of the control with a number. Standard cycles for holes, pockets, slots and turning leave modes and offsets
+/// unchanged. Measuring cycles and cycles of the machine's builder do not.
 pub(super) fn is_standard_cycle(number: u32) -> bool {
     matches!(number, 60..=99 | 801 | 802 | 830 | 840 | 861..=899 | 930 | 940 | 950..=952)
 }

@@ -1,4 +1,4 @@
-//! What Sinumerik programs contain besides letters with numbers: names, assignments, calls, values of every form.
+//! The parts of Sinumerik programs that are not letters with numbers: names, assignments, calls, values of every form.
 
 use super::constants::{Mistake, NoNames, Number, Walk, operand_name_end, with_exponent};
 use super::line::{fail_exponent, fail_value, has_equals, has_exponent, push_keyword};
@@ -7,12 +7,12 @@ use crate::program::dialect::line::Line;
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{Address, BlockFlags, BlockKind, Keyword, Word, WordForm};
 
-/// Decimals taken for a value that is not written as a decimal.
+/// The number of decimals that is assumed for a value that is not written as a decimal.
 const COMPUTED_DECIMALS: u8 = 4;
-/// From here on the digits of `CYCLE832` switch transformations.
+/// From this number on, the digits of `CYCLE832` switch transformations.
 const FIRST_TRANSFORMATION_DIGIT: f64 = 1000.0;
 
-/// Something at `start` that is no letter with a number: a name, or a letter with `=` or `[`.
+/// Text at `start` that is not a letter with a number: a name, or a letter with `=` or `[`.
 pub(super) fn named(line: &mut Line<'_>, start: usize) {
     let end = operand_name_end(line.text, start);
     let Some(text) = line.text.get(start..end).filter(|text| !text.is_empty()) else {
@@ -43,7 +43,7 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
             line.settle(BlockKind::Assignment);
         }
         Name::Return => {
-            // What M17 is as an M code.
+            // The same as the M code M17.
             let Some(tail) = skip_tail(line, start, end) else { return };
             push(line, Address::M, WordForm::Number, start, tail.end, 0, 17.0);
         }
@@ -60,7 +60,8 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
         Name::Word(keyword) => {
             let Some(tail) = skip_tail(line, start, end) else { return };
             let keyword = match keyword {
-                // The second one, a basic orientation or offsets of the rotary axes: another transformation.
+                // The second transformation, a basic orientation or offsets of the rotary axes: another
+                // transformation.
                 Keyword::Traori if !tail.is_first_transformation() => Keyword::OtherTraori,
                 Keyword::CornerRounding if tail.value == Some(0.0) => Keyword::CornerRoundingOff,
                 other => other,
@@ -80,7 +81,7 @@ fn known(line: &mut Line<'_>, start: usize, end: usize, name: Name) {
     }
 }
 
-/// A name of the program's or the builder's own: a variable that is assigned, a cycle, a call.
+/// A name of the program or of the machine's builder: a variable that is assigned, a cycle, a call.
 fn own(line: &mut Line<'_>, start: usize, end: usize) {
     let text = line.text.get(start..end).unwrap_or_default();
     let cycle = text.get(..5).filter(|head| head.eq_ignore_ascii_case(b"CYCLE")).and_then(|_| text.get(5..));
@@ -101,7 +102,7 @@ fn numbered_cycle(line: &mut Line<'_>, start: usize, end: usize, number: u32) {
     let keyword = match number {
         800 if tail.arguments == 0 => Keyword::SwivelOff,
         800 => Keyword::Swivel,
-        // Tolerances and dynamics; with more than three digits it may switch transformations.
+        // Tolerances and dynamics. With more than three digits it may switch transformations.
         832 if tail.second.is_none_or(|digits| digits < FIRST_TRANSFORMATION_DIGIT) => {
             line.at = tail.end;
             return;
@@ -132,7 +133,7 @@ fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
     push_keyword(line, keyword, start, line_end);
 }
 
-/// What stands behind a name: how many arguments, the first two if they are numbers, a value behind `=`.
+/// The text after a name: the number of arguments, the first two if they are numbers, and a value after `=`.
 struct Tail {
     end: usize,
     arguments: usize,
@@ -142,7 +143,7 @@ struct Tail {
 }
 
 impl Tail {
-    /// Whether these are the arguments of the first transformation, as it is configured: none, or 1.
+    /// Whether these are the arguments of the first transformation as it is configured: no argument, or 1.
     fn is_first_transformation(&self) -> bool {
         match self.arguments {
             0 => true,
@@ -152,7 +153,7 @@ impl Tail {
     }
 }
 
-/// Walks over subscripts, arguments and `=` with a value. `None`: they cannot be read, and the line has been given up.
+/// Moves over subscripts, arguments and `=` with a value. `None`: they cannot be read, and the line has failed.
 fn skip_tail(line: &mut Line<'_>, start: usize, end: usize) -> Option<Tail> {
     let result = walk_tail(line.text, end);
     result.map_err(|mistake| give_up(line, start, mistake)).ok()
@@ -200,7 +201,7 @@ fn assignment(line: &mut Line<'_>, start: usize, name_end: usize, keyword: Keywo
     push_keyword(line, keyword, start, tail.end);
 }
 
-/// `$P_UIFR[1]=…`: offsets, frames, tools and machine data may change. Inputs, timers and markers do not matter.
+/// `$P_UIFR[1]=…`: offsets, frames, tools and machine data may change. Inputs, timers and markers have no effect.
 fn system_assignment(line: &mut Line<'_>, start: usize, end: usize) {
     let name = line.text.get(start..end).unwrap_or_default();
     let bare = name.get(name.iter().take_while(|byte| **byte == b'$').count()..).unwrap_or_default();
@@ -226,14 +227,14 @@ fn starts_with_ignoring_case(text: &[u8], mark: &[u8]) -> bool {
     text.get(..mark.len()).is_some_and(|head| head.eq_ignore_ascii_case(mark))
 }
 
-/// One letter with `=` or `[` behind it, or with nothing that it could have.
+/// One letter with `=` or `[` after it, or without anything that it could have.
 fn lone_letter(line: &mut Line<'_>, start: usize, letter: u8) {
     let end = start + 1;
     let is_indexed = line.byte(line.blanks_end(end)) == b'[';
     let letter = letter.to_ascii_uppercase();
     match letter {
         b'R' if is_indexed => assignment(line, start, end, Keyword::Assigned),
-        // A code by its number in a group: which, the text does not say.
+        // A code by its number in a group. The text does not state which code this is.
         b'G' if is_indexed => {
             let Some(tail) = skip_tail(line, start, end) else { return };
             push(line, Address::G, WordForm::Expression, start, tail.end, 1, 0.0);
@@ -255,7 +256,7 @@ fn machine_axis(line: &mut Line<'_>, start: usize, end: usize) {
     push_keyword(line, Keyword::MachineAxis, start, tail.end);
 }
 
-/// A letter with a number that something odd follows, or whose letter has a meaning of its own.
+/// A letter with a number and unusual text after it, or a letter that has a meaning of its own.
 pub(super) fn odd_number(line: &mut Line<'_>, start: usize, at: usize, end: usize, negative: bool) {
     let letter = line.byte(start).to_ascii_uppercase();
     if letter == b'L' {
@@ -286,7 +287,7 @@ pub(super) fn odd_number(line: &mut Line<'_>, start: usize, at: usize, end: usiz
         }
         (b'M', b"0") => value_word(line, Address::M, start, end),
         (b'T', _) => value_word(line, Address::T, start, end),
-        // Of another spindle; the middle of a circle through a point, which has no meaning elsewhere.
+        // A word of another spindle, or the intermediate point of a circle, which has no meaning elsewhere.
         (b'M' | b'H' | b'S', _) | (b'I'..=b'K', b"1") => {
             if let Some(tail) = skip_tail(line, start, end) {
                 line.at = tail.end;
@@ -374,17 +375,17 @@ fn value_word(line: &mut Line<'_>, address: Address, start: usize, name_end: usi
     }
 }
 
-/// Whether a value is a text and nothing else: `"BALL_10"`.
+/// Whether a value is only a text: `"BALL_10"`.
 fn is_text(value: &[u8]) -> bool {
     matches!(value.trim_ascii_end(), [b'"', text @ .., b'"'] if !text.contains(&b'"'))
 }
 
-/// A value as it is written.
+/// A value as written.
 struct ReadValue {
     value: Option<Number>,
     /// `Number`, `Absolute` or `Incremental`.
     form: WordForm,
-    /// The number, where it is nothing but a number.
+    /// The number, if the value is only a number.
     written: Option<crate::program::number::Unsigned>,
     end: usize,
 }
@@ -410,7 +411,7 @@ fn read_value(text: &[u8], at: usize) -> Result<ReadValue, Mistake> {
     Ok(ReadValue { value, form, written, end })
 }
 
-/// `AC(`, `IC(` and, for what is output without waiting, `QU(`: what they make of the value, and where it begins.
+/// `AC(`, `IC(` and `QU(` (for output without waiting): the form that they give the value, and where the value begins.
 fn wrapper(text: &[u8], at: usize) -> Option<(WordForm, usize)> {
     let end = operand_name_end(text, at);
     let name = text.get(at..end)?;
@@ -427,7 +428,7 @@ fn wrapper(text: &[u8], at: usize) -> Option<(WordForm, usize)> {
     (text.get(end + blanks) == Some(&b'(')).then_some((form, end + blanks + 1))
 }
 
-/// The plain number at a byte, its sign apart.
+/// The plain number at a byte, with its sign separate.
 fn written_number(text: &[u8], at: usize) -> Option<crate::program::number::Unsigned> {
     let blanks = |from: usize| {
         from + text.get(from..).unwrap_or_default().iter().take_while(|b| matches!(b, b' ' | b'\t')).count()
@@ -471,7 +472,7 @@ fn push(
     line.push(word);
 }
 
-/// The address, or another one in a message where it is no letter.
+/// The address; in a message, another address if it is not a letter.
 fn lettered(address: Address, instead: Address) -> Address {
     if address.letter().is_some() { address } else { instead }
 }

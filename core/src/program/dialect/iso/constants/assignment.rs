@@ -1,4 +1,4 @@
-//! The walk through the blocks: words get values, assignments are carried out behind them.
+//! The pass through the blocks: words get values, and assignments take effect after the words.
 
 use super::expression::{Expression, Mistake, Value, Wrong};
 use super::{Parameters, Target};
@@ -8,15 +8,15 @@ use crate::program::{
     MAX_MAGNITUDE, Word, WordForm,
 };
 
-/// Decimals a computed value is taken to be written with.
+/// The number of decimals that a computed value is assumed to have.
 const EVALUATED_DECIMALS: u8 = 4;
-/// Codes that call a program, in tenths: with parameters of its own, the last two at every motion; and with the
-/// caller's.
+/// Codes that call a program, in tenths. The first three give the program its own parameters, and the last two of them
+/// do so at every motion; the others use the caller's parameters.
 const OWN_CALLS: [u32; 3] = [650, 660, 661];
 const MODAL_CALLS: [u32; 2] = [660, 661];
 const END_MODAL_CALL: u32 = 670;
 const SHARED_CALLS: [u32; 4] = [960, 970, 980, 1980];
-/// G codes of three digits that are no macros of the machine's builder, in tenths.
+/// G codes of three digits that are not macros of the machine's builder, in tenths.
 const PLAIN_CODES: [u32; 12] = [1030, 1070, 1071, 1120, 1121, 1130, 1131, 1500, 1530, 1540, 1870, 2340];
 const FIRST_MACRO_CODE: u32 = 1000;
 /// Alarms, clocks and messages.
@@ -26,12 +26,13 @@ const HARMLESS_PARAMETERS: std::ops::Range<f64> = 3000.0..4000.0;
 struct Pending {
     target: Target,
     value: Value,
-    /// `None`: depends on what is not known.
+    /// `None`: depends on an unknown value.
     applies: Option<bool>,
 }
 
 impl Pending {
-    /// Whether one of the control's own may be set, so that offsets may change; alarms and messages apart.
+    /// Whether the assignment may set a parameter of the control, except alarms and messages, so that offsets may
+    /// change.
     fn may_be_system(&self) -> bool {
         let is_own = match self.target {
             Target::Numbered(_) | Target::Named(_) => true,
@@ -43,7 +44,7 @@ impl Pending {
 }
 
 impl Parameters {
-    /// Goes through the blocks of a batch, the program's next one.
+    /// Goes through the blocks of a batch, which must be the program's next one.
     pub(in crate::program) fn evaluate(&mut self, batch: &mut Batch) {
         for index in 0..batch.blocks.len() {
             let Some(block) = batch.blocks.get(index) else { return };
@@ -85,7 +86,7 @@ impl Parameters {
         if block.flags.has(BlockFlags::EXPRESSION) {
             self.evaluate_words(batch, block)?;
         }
-        // All of a block is read before any of it is set.
+        // The whole block is read before anything in it is set.
         if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) && !assignments.iter().any(Pending::may_be_system) {
             clear_system(batch, index);
         }
@@ -98,7 +99,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Gives values to words that are expressions.
+    /// Gives values to words that have expressions.
     fn evaluate_words(&mut self, batch: &mut Batch, block: &Block) -> Result<(), Diagnostic> {
         let line_end = block.body_end as usize;
         let mut is_rs274 = self.is_rs274;
@@ -121,7 +122,7 @@ impl Parameters {
                 return Err(at_bytes(batch, block, word.start as usize, word.end as usize, code));
             }
             if let Some(word) = batch.words.get_mut(index) {
-                // −0 never enters.
+                // −0 never gets in.
                 word.value = value + 0.0;
                 word.form = WordForm::Evaluated;
                 word.decimals = EVALUATED_DECIMALS;
@@ -132,7 +133,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// The assignments of a block, read with the parameters as they stand before it.
+    /// The assignments of a block, read with the parameters as they are before it.
     fn read_assignments(&mut self, batch: &Batch, block: &Block) -> Result<Vec<Pending>, Diagnostic> {
         let text = batch.text.get(..block.body_end as usize).unwrap_or_default();
         let mut words = batch.words(block).iter();
@@ -150,7 +151,7 @@ impl Parameters {
             match byte {
                 b';' => break,
                 b'(' => {
-                    // The reader has refused the line where this is not certain.
+                    // The reader has already refused the line if this is not certain.
                     expression.at = comment_end(text, expression.at).unwrap_or(text.len());
                 }
                 b'#' => {
@@ -159,7 +160,7 @@ impl Parameters {
                     applies = always;
                 }
                 byte if byte.is_ascii_alphabetic() => {
-                    // IF […] THEN: only this one assignment depends on it.
+                    // IF […] THEN: only this assignment depends on the condition.
                     let name_end = letters_end(text, expression.at);
                     let name = text.get(expression.at..name_end).unwrap_or_default();
                     let is_if = name.eq_ignore_ascii_case(b"IF");
@@ -250,14 +251,14 @@ fn at_bytes(batch: &Batch, block: &Block, start: usize, end: usize, code: Diagno
     }
 }
 
-/// No parameter of the control is set after all.
+/// The block sets no parameter of the control after all.
 fn clear_system(batch: &mut Batch, index: usize) {
     if let Some(block) = batch.blocks.get_mut(index) {
         block.flags.clear(BlockFlags::ASSIGNS_SYSTEM);
     }
 }
 
-/// The block cannot be read after all: its words are dropped, the reason is kept.
+/// The block cannot be read after all. Its words are removed and the reason is kept.
 fn refuse(batch: &mut Batch, index: usize, fault: Diagnostic) {
     if let Some(block) = batch.blocks.get_mut(index) {
         block.kind = BlockKind::Malformed;

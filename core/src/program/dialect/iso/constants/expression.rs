@@ -1,43 +1,48 @@
-//! Values as RS274 and Fanuc controls write them: numbers, `[…]`, parameters, functions.
+//! Values in the notation of RS274 and Fanuc controls: numbers, `[…]`, parameters, functions.
 //!
-//! The two families agree on most of it. Where they do not, and the program has not shown itself to be one for
-//! RS274/NGC, a value is not known: FIX and FUP of negative numbers, AND OR XOR of anything but 0 and 1, MOD of
-//! anything but whole positive numbers, negative angles from ATAN, ROUND in an address.
+//! The two families agree on most values. If they do not agree, and nothing has shown that the program is for
+//! RS274/NGC, the value is not known. These values are:
+//!
+//! - FIX and FUP of negative numbers,
+//! - AND OR XOR of anything but 0 and 1,
+//! - MOD of anything but whole positive numbers,
+//! - negative angles from ATAN,
+//! - ROUND in an address.
 
 use super::{Name, Parameters, Target};
 use crate::program::constants::arithmetic as functions;
 use crate::program::number::read_unsigned;
 
-/// Brackets within brackets, and parameters whose number is a parameter.
+/// The deepest nesting of brackets, and of parameters whose number is a parameter.
 const MAX_DEPTH: u32 = 32;
-/// Numbers closer than this may compare either way: RS274 takes them for equal.
+/// Numbers closer than this may compare either way, because RS274 takes them as equal.
 const NEARLY_EQUAL: f64 = 1e-4;
-/// A number this close to where a rounding turns may round either way, in another control's arithmetic.
+/// A number this close to the edge of a rounding may round either way in another control's arithmetic.
 const ON_EDGE: f64 = 1e-6;
-/// Largest number a parameter can have in RS274/NGC.
+/// The largest number that a parameter can have in RS274/NGC.
 const MAX_NUMBER_RS274: f64 = 5601.0;
-/// Functions whose value is not computed here, though it is no mistake that they are called.
+/// Functions whose value is not computed here, although it is not a mistake to call them.
 const OTHER_FUNCTIONS: [&[u8]; 8] = [b"BIN", b"BCD", b"ADP", b"PRM", b"POW", b"RO", b"FI", b"FU"];
 
-/// A value: `None` is known only when the program runs.
+/// A value. `None` is known only when the program runs.
 pub(super) type Value = Option<f64>;
 
-/// What is wrong with a value.
+/// The mistake in a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mistake {
-    /// Something else is expected.
+    /// The text is not what is expected here.
     Unexpected,
     /// A bracket or a name is not closed.
     Unclosed,
-    /// A division by zero, a root of a negative number and the like.
+    /// A division by zero, a root of a negative number or a similar operation.
     Undefined,
-    /// No function of this name.
+    /// There is no function with this name.
     NoFunction,
-    /// Too many brackets within each other.
+    /// Too many nested brackets.
     TooDeep,
 }
 
-/// A mistake and the bytes it was found in.
+/// A mistake and the bytes in which it was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Wrong {
     pub(super) mistake: Mistake,
@@ -91,40 +96,40 @@ impl Operator {
     }
 }
 
-/// Reads values from one line, with the parameters as they stand before it.
+/// Reads values from one line, with the parameters as they are before it.
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about the reading")]
 pub(super) struct Expression<'a> {
     text: &'a [u8],
     pub(super) at: usize,
     parameters: &'a Parameters,
-    /// The value is that of an address, not of an assignment.
+    /// The value belongs to an address, not to an assignment.
     in_word: bool,
     pub(super) is_rs274: bool,
     depth: u32,
-    /// Within the present brackets: an operator of logic, and another one.
+    /// Whether the present brackets have an operator of logic, and another operator.
     logic: bool,
     other: bool,
 }
 
 impl<'a> Expression<'a> {
-    /// From byte `at` of a text that ends with the line.
+    /// Starts at byte `at` of a text that ends with the line.
     pub(super) fn new(text: &'a [u8], at: usize, parameters: &'a Parameters, in_word: bool) -> Self {
         let is_rs274 = parameters.is_rs274;
         Self { text, at, parameters, in_word, is_rs274, depth: 0, logic: false, other: false }
     }
 
-    /// Operands with operators between them, as in brackets; an assignment of Fanuc has no brackets around it.
+    /// Operands with operators between them, as in brackets. An assignment of Fanuc has no brackets around it.
     pub(super) fn chain(&mut self) -> Read<Value> {
         let outside = (self.logic, self.other);
         (self.logic, self.other) = (false, false);
         let value = self.operators(1)?;
-        // Logic binds last in RS274, and as products and sums do in Fanuc.
+        // In RS274, logic binds last. In Fanuc, it binds as products and sums do.
         let is_certain = self.is_rs274 || !(self.logic && self.other);
         (self.logic, self.other) = outside;
         Ok(value.filter(|_| is_certain))
     }
 
-    /// One operand with its sign: what may stand behind a letter.
+    /// One operand with its sign, as it may come after a letter.
     pub(super) fn operand(&mut self) -> Read<Value> {
         let mut negative = false;
         loop {
@@ -153,7 +158,7 @@ impl<'a> Expression<'a> {
             let right = self.operators(operator.precedence() + 1)?;
             left = match (left, right) {
                 (Some(left), Some(right)) => self.apply(operator, left, right, start)?,
-                // Whatever the other one is.
+                // Whatever the other operand is.
                 (_, Some(0.0)) if matches!(operator, Operator::Over | Operator::Mod) => {
                     return Err(self.wrong(Mistake::Undefined, start));
                 }
@@ -275,7 +280,7 @@ impl<'a> Expression<'a> {
         }
     }
 
-    /// Which parameter is meant, behind its `#`.
+    /// The parameter that the text after `#` means.
     pub(super) fn target(&mut self) -> Read<Target> {
         let start = self.at;
         self.skip_blanks();
@@ -343,7 +348,7 @@ impl<'a> Expression<'a> {
             b"TAN" => functions::tan_deg(argument),
             b"ROUND" => return Ok(self.rounded(argument)),
             whole => {
-                // Towards minus and plus infinity in RS274, towards and away from zero in Fanuc.
+                // RS274 rounds towards minus and plus infinity, Fanuc towards and away from zero.
                 let agrees = argument >= 0.0 || argument == argument.trunc() || self.is_rs274;
                 let value = if whole == b"FIX" { argument.floor() } else { argument.ceil() };
                 return Ok((agrees && !edge).then_some(value));
@@ -352,7 +357,7 @@ impl<'a> Expression<'a> {
         value.map(Some).ok_or(self.wrong(Mistake::Undefined, start))
     }
 
-    /// To a whole number; Fanuc rounds to the least increment in an address.
+    /// Rounds to a whole number. In an address, Fanuc rounds to the least increment.
     fn rounded(&self, value: f64) -> Value {
         let half = (value - value.trunc()).abs() - 0.5;
         let is_certain = half == 0.0 || half.abs() > ON_EDGE;
@@ -360,7 +365,7 @@ impl<'a> Expression<'a> {
         (is_certain && agrees).then_some(value.round())
     }
 
-    /// `ATAN[y]/[x]`; −180° to 180° in RS274, by setting 0° to 360° in Fanuc.
+    /// `ATAN[y]/[x]`: −180° to 180° in RS274; 0° to 360° on Fanuc controls with that setting.
     fn arc_tangent(&mut self) -> Read<Value> {
         let y = self.brackets()?;
         let slash = self.at;
@@ -382,7 +387,7 @@ impl<'a> Expression<'a> {
         Ok((angle >= 0.0 || self.is_rs274).then_some(angle))
     }
 
-    /// `EXISTS[#…]`: RS274 alone has it.
+    /// `EXISTS[#…]`: only RS274 has it.
     fn exists(&mut self, start: usize) -> Read<Value> {
         let bracket = self.at;
         self.is_rs274 = true;
@@ -394,7 +399,7 @@ impl<'a> Expression<'a> {
         self.at += 1;
         self.skip_blanks();
         let target = if self.byte() == b'#' {
-            // The number is a parameter's value, which has to be there.
+            // The number is a parameter's value, which must be known.
             self.enter(start)?;
             self.at += 1;
             let inner = self.target()?;
@@ -416,7 +421,7 @@ impl<'a> Expression<'a> {
         Ok(holds.map(|holds| f64::from(u8::from(holds))))
     }
 
-    /// Brackets whose contents nobody looks at.
+    /// Brackets whose contents are not read.
     fn skip_arguments(&mut self) -> Read<()> {
         let start = self.at;
         let mut depth = 0_u32;
@@ -440,7 +445,7 @@ impl<'a> Expression<'a> {
         }
     }
 
-    /// The present byte; a line end behind the text.
+    /// The present byte; a line end after the text.
     pub(super) fn byte(&self) -> u8 {
         self.text.get(self.at).copied().unwrap_or(b'\n')
     }

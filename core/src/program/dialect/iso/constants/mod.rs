@@ -1,8 +1,9 @@
 //! `#` parameters of RS274/NGC and Fanuc controls: `#1`, `##1`, `#[#1+1]`, `#<name>`, `#<_global>`.
 //!
-//! A parameter is known from where the program sets it to a known value. Parameters from 1000 on, `#<_x>` and their
-//! kin belong to the control and are never known. A block that the operator may skip, and a condition that is not
-//! known, make what they assign unknown; a call makes everything unknown that what is called can reach.
+//! A parameter is known after the program sets it to a known value. Parameters from 1000 on, `#<_x>` and similar
+//! parameters belong to the control and are never known. If the operator may skip a block, or a condition is not
+//! known, the parameters that it assigns become unknown. A call makes every parameter unknown that the called program
+//! can reach.
 
 mod assignment;
 #[expect(clippy::float_cmp, reason = "truths and whole numbers are compared exactly, as controls do")]

@@ -1,16 +1,16 @@
-//! What the program has assigned so far.
+//! The values that the program has assigned so far.
 
 use std::collections::BTreeMap;
 
-/// Parameters from here on are the control's.
+/// From this number on, parameters belong to the control.
 const FIRST_SYSTEM: usize = 1000;
-/// Local to a subprogram: a call leaves those of the caller as they are.
+/// Parameters up to this number are local to a subprogram. A call leaves those of the caller unchanged.
 const LAST_LOCAL: usize = 30;
-/// Most names kept; the values of others are not known.
+/// The most names that are kept. The values of other names are not known.
 const MAX_NAMES: usize = 1000;
-/// Longest name.
+/// The longest name.
 const MAX_NAME_BYTES: usize = 64;
-/// Nearest to a whole number that a parameter's number must be.
+/// The largest distance of a parameter's number from a whole number.
 const NEARLY_WHOLE: f64 = 1e-4;
 
 /// Global names that RS274/NGC sets itself, without their underscore.
@@ -26,7 +26,7 @@ const SYSTEM_NAMES: &str = "vmajor vminor line motion_mode plane ccomp metric im
 pub(super) struct Name(Box<[u8]>);
 
 impl Name {
-    /// The name between `<` and `>`; `None` where it is too long to be kept.
+    /// The name between `<` and `>`; `None` if it is too long to be kept.
     pub(super) fn new(written: &[u8]) -> Option<Self> {
         let name: Vec<u8> =
             written.iter().filter(|byte| !matches!(byte, b' ' | b'\t')).map(u8::to_ascii_lowercase).collect();
@@ -37,7 +37,7 @@ impl Name {
         self.0.starts_with(b"_")
     }
 
-    /// Set by the control: `#<_x>`, `#<_hal[…]>`, `#<_ini[…]>`.
+    /// The control sets it: `#<_x>`, `#<_hal[…]>`, `#<_ini[…]>`.
     fn is_system(&self) -> bool {
         self.0.split_first().is_some_and(|(first, rest)| {
             *first == b'_'
@@ -46,18 +46,18 @@ impl Name {
     }
 }
 
-/// Which parameter a text means.
+/// The parameter that a text means.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Target {
-    /// 1 to 999.
+    /// A number from 1 to 999.
     Numbered(usize),
-    /// By name.
+    /// A name.
     Named(Name),
-    /// One of the control's own, or no number of a parameter at all.
+    /// A parameter of the control, or not the number of a parameter at all.
     Beyond(f64),
-    /// One of the control's own, by name.
+    /// A parameter of the control, by name.
     System,
-    /// Which one is not known.
+    /// It is not known which parameter.
     Unseen,
 }
 
@@ -70,31 +70,31 @@ impl Target {
         } else if (number - whole).abs() < NEARLY_WHOLE {
             Self::Beyond(whole)
         } else {
-            // Some controls cut, some round, some stop.
+            // Some controls cut the number, some round it, some stop.
             Self::Unseen
         }
     }
 }
 
-/// What is known of a named parameter.
+/// The state of a named parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Named {
-    /// Whether it has been set for certain.
+    /// Whether it is certain that the parameter has been set.
     is_certain: bool,
     value: Option<f64>,
 }
 
-/// What the program has assigned so far.
+/// The values that the program has assigned so far.
 #[derive(Debug, Clone)]
 pub(in crate::program) struct Parameters {
-    /// By number; empty until one is set.
+    /// Values by number; empty until one is set.
     numbered: Vec<Option<f64>>,
     named: BTreeMap<Name, Named>,
-    /// Names may be missing from `named` that were set.
+    /// `named` may lack names that were set.
     names_lost: bool,
-    /// The program has shown itself to be one for RS274/NGC.
+    /// The text has shown that the program is for RS274/NGC.
     pub(super) is_rs274: bool,
-    /// G66: something is called at every motion.
+    /// G66: the program calls something at every motion.
     pub(super) modal_call: bool,
 }
 
@@ -106,7 +106,7 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// The value of a parameter, where it is known.
+    /// The value of a parameter, if it is known.
     pub(super) fn value(&self, target: &Target) -> Option<f64> {
         match target {
             Target::Numbered(number) => self.numbered.get(*number).copied().flatten(),
@@ -119,12 +119,12 @@ impl Parameters {
     pub(super) fn exists(&self, name: &Name) -> Option<bool> {
         match self.named.get(name) {
             Some(named) => named.is_certain.then_some(true),
-            // A global name may have been set by a program before this one.
+            // A program before this one may have set a global name.
             None => (!name.is_global() && !self.names_lost).then_some(false),
         }
     }
 
-    /// Sets a parameter; `applies` is `None` where it is not known whether it is set at all.
+    /// Sets a parameter; `applies` is `None` if it is not known whether the assignment takes place.
     pub(super) fn set(&mut self, target: Target, value: Option<f64>, applies: Option<bool>) {
         if applies == Some(false) {
             return;
@@ -160,12 +160,12 @@ impl Parameters {
         }
     }
 
-    /// Whether nothing can be forgotten.
+    /// Whether there is nothing to forget.
     pub(super) fn is_empty(&self) -> bool {
         self.numbered.is_empty() && self.named.is_empty()
     }
 
-    /// Behind a call whose subprogram has parameters of its own up to #30 and, with `own_names`, names of its own.
+    /// After a call whose subprogram has its own parameters up to #30 and, with `own_names`, its own names.
     pub(super) fn forget_global(&mut self, own_names: bool) {
         self.numbered.iter_mut().skip(LAST_LOCAL + 1).for_each(|value| *value = None);
         for (name, named) in &mut self.named {
@@ -176,7 +176,7 @@ impl Parameters {
         self.names_lost |= !own_names;
     }
 
-    /// Behind a call whose subprogram uses the caller's parameters.
+    /// After a call whose subprogram uses the caller's parameters.
     pub(super) fn forget_all(&mut self) {
         self.numbered.clear();
         self.named.values_mut().for_each(|named| named.value = None);

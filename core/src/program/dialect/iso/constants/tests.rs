@@ -1,10 +1,10 @@
-//! Values of RS274/NGC and Fanuc programs, as their manuals give them.
+//! Values of RS274/NGC and Fanuc programs, as stated in their manuals.
 
 use std::fmt::Write as _;
 
 use crate::program::{Batch, BlockKind, Constants, Dialect, ReadLimits, Reader, WordForm};
 
-/// The program's blocks with values filled in.
+/// The program's blocks with the computed values.
 fn evaluated(text: &str) -> Batch {
     let mut reader = Reader::new(Some(Dialect::Iso), ReadLimits::default());
     let mut batch = Batch::new();
@@ -15,7 +15,7 @@ fn evaluated(text: &str) -> Batch {
     batch
 }
 
-/// The words of the last line, `None` where the value is not known.
+/// The words of the last line, with `None` if the value is not known.
 fn last_words(text: &str) -> Vec<Option<f64>> {
     let batch = evaluated(text);
     assert!(batch.faults().is_empty(), "{text}: {:?}", batch.faults());
@@ -23,17 +23,17 @@ fn last_words(text: &str) -> Vec<Option<f64>> {
     words.iter().map(|word| (word.form != WordForm::Expression).then_some(word.value)).collect()
 }
 
-/// The value of `X…` in a program that is one for RS274/NGC.
+/// The value of `X…` in a program for RS274/NGC.
 fn rs274(value: &str) -> Option<f64> {
     last_words(&format!("#<name>=0\nX{value}")).first().copied().flatten()
 }
 
-/// The value of `X…` where both readings agree.
+/// The value of `X…` if both readings agree.
 fn either(value: &str) -> Option<f64> {
     last_words(&format!("X{value}")).first().copied().flatten()
 }
 
-/// Of results with a rounded argument.
+/// Tolerance for results with a rounded argument.
 const NEAR: f64 = 1e-12;
 
 fn assert_near(found: Option<f64>, expected: f64, text: &str) {
@@ -123,7 +123,7 @@ fn parameters_hold_what_was_assigned() {
     assert_eq!(last_words("#<My Name>=1.5\nX-#<myname>"), [Some(-1.5)]);
     assert_eq!(last_words("#501 = 1 ( SELECT [ 1=G54 ] )\nP#501 X#510"), [Some(1.0), None]);
     assert_eq!(last_words("#atan[1]/[1]=3\nX#45"), [Some(3.0)]);
-    // Fanuc needs no brackets around what is assigned.
+    // Fanuc needs no brackets around an assigned expression.
     assert_eq!(last_words("#1=10\n#2=#1*2+SQRT[16]-1\nX#2"), [Some(23.0)]);
 }
 

@@ -4,27 +4,27 @@ use super::elements::Elements;
 use super::expression::{Names, Number, Walk, operand_name_end};
 use super::variables::{Kind, MAX_DIMENSIONS, Variable, key};
 
-/// Most elements of one variable that are kept.
+/// The most elements of one variable that are kept.
 const MAX_VARIABLE: usize = 50_000;
-/// Words between `DEF` and the name that a number follows: access rights, limits, units.
+/// Words between `DEF` and the name, each with a number after it: access rights, limits, units.
 const WITH_NUMBER: [&[u8]; 9] = [b"APR", b"APW", b"APRP", b"APWP", b"APRB", b"APWB", b"APX", b"PHU", b"LLI"];
 const LIMITS: [&[u8]; 2] = [b"LLI", b"ULI"];
-/// Words between `DEF` and the type: where the variable lives.
+/// Words between `DEF` and the type. They state the scope of the variable.
 const SCOPES: [&[u8]; 8] = [b"NCK", b"CHAN", b"SYNR", b"SYNW", b"SYNRW", b"PHYS", b"INIPO", b"INIRE"];
 
-/// What stands behind `=` of an assignment.
+/// The values after the `=` of an assignment.
 #[derive(Debug, Clone)]
 pub(super) enum Values {
     One(Option<Number>),
-    /// `SET(…)` or a list in brackets; an empty place leaves its element as it is.
+    /// `SET(…)` or a list in brackets. An empty place leaves its element unchanged.
     List(Vec<Element>),
     /// `REP(value)`, `REP(value, count)`.
     Repeated(Option<Number>, Option<usize>),
-    /// Not told.
+    /// Not known.
     Unknown,
 }
 
-/// What an element of an array gets.
+/// The value that an element of an array gets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Element {
     Left,
@@ -32,7 +32,7 @@ pub(super) enum Element {
 }
 
 impl Values {
-    /// Whether so many elements are enough for them.
+    /// Whether this number of elements is enough for them.
     pub(super) fn fit(&self, room: usize) -> bool {
         match self {
             Self::One(_) => room >= 1,
@@ -43,7 +43,7 @@ impl Values {
     }
 }
 
-/// The values of a text that starts behind `=`.
+/// The values of a text that starts after `=`.
 pub(super) fn values<N: Names>(text: &[u8], names: &mut N) -> Values {
     read_values(&mut Walk::new(text, 0, names), text)
 }
@@ -88,7 +88,7 @@ fn repeated(list: &[Element]) -> Values {
     }
 }
 
-/// The elements of a list in round brackets; an empty one is left as it is.
+/// The elements of a list in round brackets. An empty element is left unchanged.
 fn elements<N: Names>(walk: &mut Walk<'_, N>) -> Option<Vec<Element>> {
     let mut list = Vec::new();
     if !walk.take(b'(') {
@@ -113,7 +113,8 @@ fn elements<N: Names>(walk: &mut Walk<'_, N>) -> Option<Vec<Element>> {
     }
 }
 
-/// The variables of a `DEF` block, from its `DEF` on. What cannot be read ends the list; `REDEF` declares nothing.
+/// The variables of a `DEF` block, from its `DEF` on. The list ends at text that cannot be read. `REDEF` declares
+/// nothing.
 pub(super) fn read<N: Names>(text: &[u8], names: &mut N) -> Vec<(Vec<u8>, Variable)> {
     let mut declared = Vec::new();
     let mut walk = Walk::new(text, operand_name_end(text, 0), names);
@@ -142,7 +143,7 @@ pub(super) fn read<N: Names>(text: &[u8], names: &mut N) -> Vec<(Vec<u8>, Variab
     declared
 }
 
-/// The next name, upper case.
+/// The next name, in upper case.
 fn next_name<N: Names>(walk: &mut Walk<'_, N>, text: &[u8]) -> Option<Vec<u8>> {
     walk.skip_blanks();
     let end = operand_name_end(text, walk.at);
@@ -161,7 +162,7 @@ fn kind_of(name: &[u8]) -> Option<Kind> {
     }
 }
 
-/// The sizes and the values behind the name of a variable. Numbers without a value are zero.
+/// The sizes and the values after the name of a variable. Numbers without a value are zero.
 fn variable<N: Names>(walk: &mut Walk<'_, N>, text: &[u8], kind: Kind) -> Option<Variable> {
     let mut sizes = [1; MAX_DIMENSIONS];
     let mut dimensions = 0;
@@ -186,7 +187,7 @@ fn variable<N: Names>(walk: &mut Walk<'_, N>, text: &[u8], kind: Kind) -> Option
     if walk.take_equals() {
         let values = read_values(walk, text);
         let is_one = matches!(values, Values::One(_));
-        // One number for an array: the manuals' example gives it to all elements only by REP.
+        // One number for an array: in the manuals' example only REP gives it to all elements.
         if is_one == (dimensions == 0) {
             variable.take(0, &values, false);
         } else {

@@ -1,21 +1,23 @@
-//! The elements of a variable, of which most hold the same.
+//! The elements of a variable. Most of them hold the same value.
 
 use std::collections::BTreeMap;
 
-/// Most elements of a part of an array that get one value at once; of larger parts nothing is known any more.
+/// The most elements of an array that get one value at once. If more get it, no element of the array is known any
+/// more.
 const MAX_REPEATED: usize = 1000;
 
-/// What the elements of a variable hold; `None` is not known. An array costs what was assigned to it, not its size.
+/// The values of a variable's elements; `None` is not known. The memory for an array depends on what was assigned to
+/// it, not on its size.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Elements {
     count: usize,
-    /// What all hold that have no value of their own.
+    /// The value of all elements that have no value of their own.
     rest: Option<f64>,
     own: BTreeMap<usize, Option<f64>>,
 }
 
 impl Elements {
-    /// So many, which all hold this.
+    /// This number of elements, which all hold this value.
     pub(super) const fn new(count: usize, rest: Option<f64>) -> Self {
         Self { count, rest, own: BTreeMap::new() }
     }
@@ -24,7 +26,7 @@ impl Elements {
         self.count
     }
 
-    /// The value of an element, if it is one and known.
+    /// The value of an element, if the element exists and its value is known.
     pub(super) fn get(&self, index: usize) -> Option<f64> {
         if index >= self.count {
             return None;
@@ -32,13 +34,14 @@ impl Elements {
         self.own.get(&index).copied().unwrap_or(self.rest)
     }
 
-    /// All hold this.
+    /// Gives all elements this value.
     pub(super) fn fill(&mut self, value: Option<f64>) {
         self.rest = value;
         self.own.clear();
     }
 
-    /// One gets a value. What `may_be_skipped` is known only if it is the same both ways.
+    /// Gives one element a value. If the assignment `may_be_skipped`, the value is known only if it is the same both
+    /// ways.
     pub(super) fn set(&mut self, index: usize, value: Option<f64>, may_be_skipped: bool) {
         if index >= self.count {
             return;
@@ -51,7 +54,7 @@ impl Elements {
         }
     }
 
-    /// So many from `first` on get a value.
+    /// Gives a value to `count` elements from `first` on.
     pub(super) fn repeat(&mut self, first: usize, count: usize, value: Option<f64>, may_be_skipped: bool) {
         if first == 0 && count >= self.count {
             let same = self.own.is_empty() && self.rest == value;
@@ -75,7 +78,7 @@ mod tests {
         elements.repeat(9, 2, Some(3.0), false);
         assert_eq!([6, 7, 8, 9, 10, 11].map(|at| elements.get(at)), [0.0, 1.5, 0.0, 3.0, 3.0, 0.0].map(Some));
         assert_eq!(elements.get(5000), None);
-        // Skipped or not: known only if it is the same both ways.
+        // The value is known only if it is the same whether the assignment is skipped or not.
         elements.set(7, Some(1.5), true);
         elements.set(9, Some(4.0), true);
         assert_eq!([7, 9, 10].map(|at| elements.get(at)), [Some(1.5), None, Some(3.0)]);

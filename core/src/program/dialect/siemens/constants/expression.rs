@@ -1,16 +1,16 @@
-//! Expressions of the Sinumerik: operands, operators by priority, functions. The same walk finds where an expression
-//! ends (the reader) and what it is worth (the variables).
+//! Expressions of the Sinumerik: operands, operators by priority, functions. The same walk finds the end of an
+//! expression (for the reader) and its value (for the variables).
 
 use super::functions::function;
 use super::operators::{binary, operator};
 use crate::program::number::{exponent_at, read_unsigned};
 
-/// Brackets and signs nested deeper than this are given up.
+/// Deeper nesting of brackets and signs is not read.
 const MAX_DEPTH: u8 = 40;
-/// Most arguments or subscripts looked at; those behind are walked over.
+/// The most arguments or subscripts that are examined. The ones after them are skipped.
 pub(super) const MAX_ARGUMENTS: usize = 8;
 
-/// A value that the text alone fixes.
+/// A value that follows from the text alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::program) struct Number {
     pub(in crate::program) value: f64,
@@ -32,24 +32,24 @@ impl Number {
     }
 }
 
-/// Why a text is no expression.
+/// The reason why a text is not an expression.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::program) enum Mistake {
     /// An operand is missing at this byte.
     NoOperand(usize),
-    /// The bracket or quotation mark at this byte is not closed, or too many are nested.
+    /// The bracket or quotation mark at this byte is not closed, or the nesting is too deep.
     Unclosed(usize),
-    /// A number goes on at this byte with an exponent that is not written `EX`.
+    /// A number continues at this byte with an exponent that is not written `EX`.
     Exponent(usize),
 }
 
-/// What names stand for.
+/// The values of names.
 pub(in crate::program) trait Names {
-    /// The value of a variable, subscripts and all; `None` where it is not known.
+    /// The value of a variable with its subscripts; `None` if it is not known.
     fn value(&mut self, name: &[u8], subscripts: &[Option<Number>]) -> Option<Number>;
 }
 
-/// Nothing is known of any name.
+/// No name has a known value.
 pub(in crate::program) struct NoNames;
 
 impl Names for NoNames {
@@ -58,7 +58,7 @@ impl Names for NoNames {
     }
 }
 
-/// A list of values, as many as are looked at.
+/// A list of values, up to the number that is examined.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in crate::program) struct Arguments {
     values: [Option<Number>; MAX_ARGUMENTS],
@@ -66,7 +66,7 @@ pub(in crate::program) struct Arguments {
 }
 
 impl Arguments {
-    /// Those looked at.
+    /// The examined values.
     pub(in crate::program) fn values(&self) -> &[Option<Number>] {
         self.values.get(..self.count.min(MAX_ARGUMENTS)).unwrap_or_default()
     }
@@ -81,7 +81,7 @@ pub(in crate::program) struct Walk<'a, N> {
 }
 
 impl<'a, N: Names> Walk<'a, N> {
-    /// From this byte of a text on.
+    /// Starts at this byte of a text.
     pub(in crate::program) fn new(text: &'a [u8], at: usize, names: &'a mut N) -> Self {
         Self { text, at, depth: 0, names }
     }
@@ -96,7 +96,7 @@ impl<'a, N: Names> Walk<'a, N> {
         }
     }
 
-    /// Walks over the byte if it comes next, behind blanks.
+    /// Moves over the byte if it comes next, after blanks.
     pub(in crate::program) fn take(&mut self, byte: u8) -> bool {
         self.skip_blanks();
         let found = self.byte(self.at) == byte;
@@ -104,13 +104,13 @@ impl<'a, N: Names> Walk<'a, N> {
         found
     }
 
-    /// Whether this byte comes next, behind blanks.
+    /// Whether this byte comes next, after blanks.
     pub(in crate::program) fn is_next(&mut self, byte: u8) -> bool {
         self.skip_blanks();
         self.byte(self.at) == byte
     }
 
-    /// Walks over a single `=` if it comes next; else nowhere.
+    /// Moves over a single `=` if it comes next. Otherwise it stays.
     pub(in crate::program) fn take_equals(&mut self) -> bool {
         let before = self.at;
         self.skip_blanks();
@@ -119,7 +119,7 @@ impl<'a, N: Names> Walk<'a, N> {
         found
     }
 
-    /// What stands behind `=`: an expression, or a list of values in brackets, which has none.
+    /// The text after `=`: an expression, or a list of values in brackets, which has no single value.
     pub(in crate::program) fn value(&mut self) -> Result<Option<Number>, Mistake> {
         self.skip_blanks();
         let (at, depth) = (self.at, self.depth);
@@ -131,12 +131,12 @@ impl<'a, N: Names> Walk<'a, N> {
         self.list(b')').map(|_| None)
     }
 
-    /// An expression; afterwards `at` is one past its last byte.
+    /// An expression. Afterwards `at` is one after its last byte.
     pub(in crate::program) fn expression(&mut self) -> Result<Option<Number>, Mistake> {
         self.level(0)
     }
 
-    /// Operands and the operators between them that bind at least as tightly as this level.
+    /// Operands, and the operators between them that bind at least as tightly as this level.
     fn level(&mut self, least: u8) -> Result<Option<Number>, Mistake> {
         let mut value = self.operand()?;
         loop {
@@ -148,7 +148,7 @@ impl<'a, N: Names> Walk<'a, N> {
                 return Ok(value);
             };
             self.at += length;
-            // Equals from left to right: what stands on the right binds tighter.
+            // Operators of the same level go from left to right, so the right side binds tighter.
             let right = self.level(operator.level() + 1)?;
             value = match (value, right) {
                 (Some(left), Some(right)) => binary(operator, left, right),
@@ -172,7 +172,7 @@ impl<'a, N: Names> Walk<'a, N> {
                 self.deeper()?;
                 let value = self.operand()?;
                 self.depth -= 1;
-                // 0 − 0 is +0: a negative zero never enters.
+                // 0 − 0 is +0, so a negative zero never gets in.
                 Ok(value.map(|number| {
                     if sign == b'-' { Number { value: 0.0 - number.value, ..number } } else { number }
                 }))
@@ -190,7 +190,7 @@ impl<'a, N: Names> Walk<'a, N> {
             }
             b'\'' => self.quoted(),
             b'0'..=b'9' | b'.' => self.number(),
-            // A text may be put together from nothing: `<<` as a prefix.
+            // A text may begin with an empty part: `<<` as a prefix.
             b'<' if self.byte(at + 1) == b'<' => {
                 self.at += 2;
                 self.deeper()?;
@@ -219,7 +219,7 @@ impl<'a, N: Names> Walk<'a, N> {
         Ok(value.is_finite().then_some(Number { value, is_whole }))
     }
 
-    /// `'H7F'`, `'B101'`; other quoted things are characters.
+    /// `'H7F'`, `'B101'`. Other quoted text is characters.
     fn quoted(&mut self) -> Result<Option<Number>, Mistake> {
         let at = self.at;
         let rest = self.text.get(at + 1..).unwrap_or_default();
@@ -237,7 +237,7 @@ impl<'a, N: Names> Walk<'a, N> {
         Ok(value.filter(|_| !digits.starts_with('+')).map(|value| Number::whole(f64::from(value))))
     }
 
-    /// A variable, a function, or `NOT` and `B_NOT` with what they turn.
+    /// A variable, a function, or `NOT` and `B_NOT` with their operand.
     fn name(&mut self) -> Result<Option<Number>, Mistake> {
         let start = self.at;
         let end = operand_name_end(self.text, start);
@@ -270,7 +270,7 @@ impl<'a, N: Names> Walk<'a, N> {
         }
     }
 
-    /// A list in brackets, from the opening one on; an empty element has no value.
+    /// A list in brackets, from the opening bracket on. An empty element has no value.
     pub(in crate::program) fn list(&mut self, close: u8) -> Result<Arguments, Mistake> {
         let open = self.at;
         let mut arguments = Arguments::default();
@@ -308,14 +308,14 @@ fn negated(number: Number, is_bitwise: bool) -> Option<Number> {
     Some(Number::truth(number.value == 0.0))
 }
 
-/// One past the quotation mark that closes the one at `at`; none on its line.
+/// One after the quotation mark that closes the one at `at`; `None` if its line has none.
 pub(in crate::program) fn string_end(text: &[u8], at: usize) -> Option<usize> {
     let rest = text.get(at + 1..)?;
     let length = memchr::memchr3(b'"', b'\n', b'\r', rest)?;
     (rest.get(length) == Some(&b'"')).then_some(at + length + 2)
 }
 
-/// One past an exponent `EX3`, `EX-4` at `at`.
+/// One after an exponent `EX3`, `EX-4` at `at`.
 pub(in crate::program) fn exponent_end(text: &[u8], at: usize) -> Option<usize> {
     let mark = text.get(at..at + 2)?;
     if !mark.eq_ignore_ascii_case(b"EX") {
@@ -327,7 +327,7 @@ pub(in crate::program) fn exponent_end(text: &[u8], at: usize) -> Option<usize> 
     (count > 0).then_some(digits + count)
 }
 
-/// The number from `start`, digits up to `mantissa_end` and an exponent up to `end`; infinite if beyond all.
+/// The number from `start`, with digits up to `mantissa_end` and an exponent up to `end`; infinite if it is too large.
 pub(in crate::program) fn with_exponent(text: &[u8], start: usize, mantissa_end: usize, end: usize) -> f64 {
     let part = |from: usize, to: usize| std::str::from_utf8(text.get(from..to).unwrap_or_default());
     let (Ok(mantissa), Ok(exponent)) = (part(start, mantissa_end), part(mantissa_end + 2, end)) else {
@@ -336,8 +336,8 @@ pub(in crate::program) fn with_exponent(text: &[u8], start: usize, mantissa_end:
     format!("{mantissa}e{exponent}").parse().unwrap_or(f64::INFINITY)
 }
 
-/// One past a name: letters, digits and underscores, with its `$` marks. One letter and digits are a name of their
-/// own (`R12`, `X1`), whatever letter follows: no other name has a digit in its second place.
+/// One after a name: letters, digits and underscores, with its `$` marks. One letter with digits is a separate name
+/// (`R12`, `X1`), whatever letter follows, because no other name has a digit in its second place.
 pub(in crate::program) fn operand_name_end(text: &[u8], start: usize) -> usize {
     let run = |from: usize, fits: fn(u8) -> bool| {
         from + text.get(from..).unwrap_or_default().iter().take_while(|byte| fits(**byte)).count()

@@ -1,12 +1,13 @@
-//! Functions of the Sinumerik; angles in degrees.
+//! Functions of the Sinumerik, with angles in degrees.
 
 use super::expression::{Arguments, Number};
 use crate::program::constants::arithmetic;
 
-/// Nearer to a whole number than this, TRUNC and its kin depend on the control's own rounding.
+/// If a value is closer than this to a whole number, the result of TRUNC and similar functions depends on the
+/// control's own rounding.
 const NEARLY_WHOLE: f64 = 1e-9;
 
-/// The value of a function; `None` for one that is not known, or whose arguments are not.
+/// The value of a function; `None` if the function or its arguments are not known.
 pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
     let is = |wanted: &[u8]| name.eq_ignore_ascii_case(wanted);
     let known: Option<Number> = match *arguments.values() {
@@ -46,7 +47,7 @@ pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
             };
             Some(Number::real(value + 0.0))
         }
-        // The angle of (second, first): the second is the direction angles count from.
+        // The angle of (second, first). Angles count from the direction of the second.
         [Some(a), Some(b)] if arguments.count == 2 && is(b"ATAN2") => {
             (a.value != 0.0 || b.value != 0.0).then(|| Number::real(arithmetic::atan2_deg(a.value, b.value)))
         }
@@ -72,7 +73,7 @@ pub(super) fn function(name: &[u8], arguments: &Arguments) -> Option<Number> {
     known.filter(|number| number.value.is_finite())
 }
 
-/// Cut to a whole number where it is certain to which.
+/// Cuts to a whole number if it is certain which.
 fn cut(value: f64, how: fn(f64) -> f64) -> Option<Number> {
     let nearest = value.round();
     let is_near = (value - nearest).abs() <= NEARLY_WHOLE * value.abs().max(1.0);
@@ -81,7 +82,7 @@ fn cut(value: f64, how: fn(f64) -> f64) -> Option<Number> {
     (is_whole || !is_near).then(|| Number::whole(how(value) + 0.0))
 }
 
-/// Rounded half up; halves below zero are not told of.
+/// Rounds half up. The manuals do not describe halves below zero.
 pub(super) fn rounded(value: f64) -> Option<Number> {
     let is_half = ((value - value.floor()) - 0.5).abs() <= NEARLY_WHOLE;
     let is_exact_half = value.fract().to_bits() == 0.5_f64.to_bits();

@@ -1,13 +1,14 @@
 //! Operators of the Sinumerik and their priorities.
 //!
 //! From the strongest to the weakest: `* / DIV MOD`, `+ -`, `B_AND`, `B_XOR`, `B_OR`, `AND`, `XOR`, `OR`, `<<`,
-//! comparisons; equals from left to right. (Frames are chained by `:`, strongest of all.)
+//! comparisons. Operators of the same priority go from left to right. (Frames are chained by `:`, the strongest
+//! operator.)
 
 use super::expression::Number;
 
 /// INT values of the control.
 const MAX_INT: f64 = 2_147_483_647.0;
-/// Two REAL values nearer to each other than this share of them may be equal to a control.
+/// If the relative difference of two REAL values is smaller than this, a control may take them as equal.
 const NEARLY_EQUAL: f64 = 1e-9;
 
 /// An operator with two operands.
@@ -100,7 +101,7 @@ pub(super) fn operator(text: &[u8], at: usize) -> Option<(Operator, usize)> {
     Some(found)
 }
 
-/// The value of two operands; `None` where the manuals do not say what comes out, or it is out of range.
+/// The value of two operands; `None` if the manuals do not state the result, or if it is out of range.
 pub(super) fn binary(operator: Operator, left: Number, right: Number) -> Option<Number> {
     let (a, b) = (left.value, right.value);
     let both_whole = left.is_whole && right.is_whole;
@@ -110,7 +111,7 @@ pub(super) fn binary(operator: Operator, left: Number, right: Number) -> Option<
         Operator::Times => Number { value: a * b, is_whole: both_whole },
         // INT / INT is REAL.
         Operator::Over => Number::real(a / b),
-        // Told for positive operands only: 7 DIV 4.1 = 1, 7 MOD 4.1 = 2.9.
+        // The manuals describe only positive operands: 7 DIV 4.1 = 1, 7 MOD 4.1 = 2.9.
         Operator::Div if a >= 0.0 && b > 0.0 => Number::whole(quotient(a, b)?),
         Operator::Mod if a >= 0.0 && b > 0.0 => {
             Number { value: a - quotient(a, b)? * b, is_whole: both_whole }
@@ -131,7 +132,7 @@ pub(super) fn binary(operator: Operator, left: Number, right: Number) -> Option<
     in_range.then_some(Number { value: value.value + 0.0, ..value })
 }
 
-/// How often b goes into a; `None` so near to a whole number that rounding decides.
+/// How often a contains b; `None` if the result is so close to a whole number that rounding decides.
 fn quotient(a: f64, b: f64) -> Option<f64> {
     let exact = a / b;
     let nearest = exact.round();

@@ -1,8 +1,8 @@
-//! What the variables of a Sinumerik program stand at, block by block.
+//! The values of a Sinumerik program's variables, block by block.
 //!
-//! A value is known from the block that assigns it from known values; a call, a synchronous action or a block that
-//! the operator may skip makes it unknown again. What a variable is given in a block does not hold for the other
-//! words and assignments of that block: the manuals do not say in which order they are taken.
+//! A value is known after the block that assigns it from known values. A call, a synchronous action or a block that
+//! the operator may skip makes it unknown again. A value that a block assigns does not hold for the other words and
+//! assignments of that block. The manuals do not state the order in which these are taken.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,36 +12,36 @@ use super::expression::{Names, Number, Walk, operand_name_end};
 use super::functions::rounded;
 use crate::program::{Batch, Block, BlockFlags, BlockKind, Keyword, MAX_MAGNITUDE, Word, WordForm};
 
-/// Elements of all variables together; those of later ones stay unknown.
+/// The most elements of all variables together. Elements of later variables stay unknown.
 const MAX_ELEMENTS: usize = 100_000;
-/// Longest name a control takes, and room.
+/// The longest name that a control takes, and room for more.
 const MAX_NAME: usize = 64;
 /// Decimals of a computed value.
 const COMPUTED_DECIMALS: u8 = 4;
-/// Most subscripts of a variable.
+/// The most subscripts of a variable.
 pub(super) const MAX_DIMENSIONS: usize = 3;
 
-/// What a variable holds.
+/// The type of a variable's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Real,
-    /// INT; values are rounded when they are assigned.
+    /// INT. Values are rounded when they are assigned.
     Whole,
     /// BOOL: 0 or 1.
     Truth,
-    /// STRING, CHAR, AXIS, FRAME: nothing that is computed with.
+    /// STRING, CHAR, AXIS, FRAME: values that are not used in computations.
     Other,
 }
 
-/// A variable: its elements, the last subscript running fastest.
+/// A variable with its elements. The last subscript runs fastest.
 #[derive(Debug, Clone)]
 pub(super) struct Variable {
     pub(super) kind: Kind,
-    /// Elements in each direction; 1 where there is none.
+    /// Number of elements in each direction; 1 if the variable does not have the direction.
     pub(super) sizes: [usize; MAX_DIMENSIONS],
     pub(super) dimensions: usize,
     pub(super) elements: Elements,
-    /// Declared by the program, not only assigned.
+    /// The program declares the variable and does not only assign it.
     pub(super) is_declared: bool,
 }
 
@@ -51,7 +51,7 @@ impl Variable {
         Self { kind: Kind::Real, sizes: [1; MAX_DIMENSIONS], dimensions: 0, elements, is_declared: false }
     }
 
-    /// The element of these subscripts.
+    /// The index of the element with these subscripts.
     fn index(&self, subscripts: &[Option<Number>]) -> Option<usize> {
         if subscripts.len() != self.dimensions {
             return None;
@@ -69,7 +69,7 @@ impl Variable {
         Some(index)
     }
 
-    /// What a value becomes in it.
+    /// The value that the variable holds after this value is assigned.
     pub(super) fn stored(&self, value: Number) -> Option<f64> {
         match self.kind {
             Kind::Real => Some(value.value),
@@ -80,8 +80,8 @@ impl Variable {
         }
     }
 
-    /// Elements from `first` on get values; where these do not fit, none is known any more. What `may_be_skipped` is known
-    /// only if it is the same both ways.
+    /// Gives values to the elements from `first` on. If the values do not fit, no element is known any more. If the
+    /// assignment `may_be_skipped`, a value is known only if it is the same both ways.
     pub(super) fn take(&mut self, first: usize, values: &declaration::Values, may_be_skipped: bool) {
         use declaration::{Element, Values};
         let room = self.elements.len().saturating_sub(first);
@@ -110,18 +110,18 @@ impl Variable {
     }
 }
 
-/// What the program has declared and assigned so far. R parameters stand among the names as `R12`.
+/// The variables that the program has declared and assigned so far. R parameters are among the names, as `R12`.
 #[derive(Debug, Clone, Default)]
 pub(in crate::program) struct Variables {
     known: BTreeMap<Vec<u8>, Variable>,
     elements: usize,
-    /// Names of those that may hold a known value: forgetting costs no more than assigning did.
+    /// Names of the variables that may hold a known value. So forgetting costs no more than assigning did.
     live: BTreeSet<Vec<u8>>,
-    /// Names assigned in the block at hand.
+    /// Names that the present block has assigned.
     fresh: BTreeSet<Vec<u8>>,
 }
 
-/// A name as it is kept: upper case, R parameters without the mark of system variables.
+/// The form in which a name is kept: upper case, and R parameters without the mark of system variables.
 pub(super) fn key(name: &[u8]) -> Vec<u8> {
     let is_parameter =
         name.first() == Some(&b'$') && name.get(1).is_some_and(|byte| byte.eq_ignore_ascii_case(&b'R'));
@@ -171,7 +171,7 @@ impl Variables {
         }
     }
 
-    /// Modal calls of the builder's own programs may assign at every motion.
+    /// Modal calls of the builder's own programs may assign variables at every motion.
     fn forget_after_calls(&mut self, batch: &Batch, block: &Block) {
         let calls = |word: &Word| word.keyword() == Some(Keyword::ModalCall);
         if batch.words(block).iter().any(calls) {
@@ -179,7 +179,7 @@ impl Variables {
         }
     }
 
-    /// Behind a call any variable may stand at anything; what is declared stays so.
+    /// After a call any variable may have any value. The declarations stay.
     fn forget(&mut self) {
         for key in std::mem::take(&mut self.live) {
             if let Some(variable) = self.known.get_mut(&key) {
@@ -231,7 +231,7 @@ impl Variables {
         self.fresh.clear();
     }
 
-    /// The value of a word, and what it counts from.
+    /// The value of a word, and from where it counts.
     fn word_value(&mut self, text: &[u8]) -> Option<(f64, WordForm)> {
         let blanks = text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
         let end = operand_name_end(text, blanks);
@@ -250,13 +250,13 @@ impl Variables {
             walk.at = 0;
         }
         let value = walk.expression().ok().flatten()?;
-        // All of it: `IC(2)*3` is nothing a control takes.
+        // The value must be the whole text: no control takes `IC(2)*3`.
         walk.skip_blanks();
         (walk.at >= text.len()).then_some((value.value, form))
     }
 
-    /// `NAME=…`, with subscripts and lists. Says what the name is: a variable, a name that may be an axis, or another
-    /// name that the program does not declare.
+    /// `NAME=…`, with subscripts and lists. Returns what the name is: a variable, a name that may be an axis, or
+    /// another name that the program does not declare.
     fn assign(&mut self, text: &[u8], may_be_skipped: bool) -> Keyword {
         let end = operand_name_end(text, 0);
         let name = text.get(..end).unwrap_or_default();
@@ -277,7 +277,7 @@ impl Variables {
         let is_parameter = is_parameter(&key);
         if key == b"R" {
             let Some(parameter) = parameter_key(&subscripts) else {
-                // Any of them.
+                // It may assign any variable.
                 self.forget();
                 return Keyword::Assigned;
             };
@@ -292,7 +292,7 @@ impl Variables {
         if known_before || is_parameter { Keyword::Assigned } else { undeclared(&key) }
     }
 
-    /// The value of a variable is not known any more.
+    /// The value of a variable is no longer known.
     fn lose(&mut self, key: &[u8]) -> Keyword {
         let mut declared = false;
         if let Some(variable) = self.known.get_mut(key) {
@@ -319,7 +319,7 @@ impl Variables {
         }
         let Some(variable) = self.known.get_mut(key) else { return };
         let first = match (values, variable.dimensions) {
-            // A list for the whole of an array.
+            // A list for the whole array.
             (declaration::Values::List(_) | declaration::Values::Repeated(..), dimensions)
                 if dimensions > 0 && subscripts.is_empty() =>
             {
@@ -354,8 +354,8 @@ fn is_parameter(key: &[u8]) -> bool {
     matches!(key.split_first(), Some((b'R', rest)) if rest.iter().all(u8::is_ascii_digit))
 }
 
-/// What a name is that the program assigns and does not declare: a variable of the control (an underscore begins no
-/// axis), or perhaps an axis. Which axis is one of the machine's five, its first letter tells.
+/// The kind of a name that the program assigns but does not declare: a variable of the control (no axis begins with an
+/// underscore), or perhaps an axis. The first letter tells whether it may be one of the machine's five axes.
 fn undeclared(key: &[u8]) -> Keyword {
     match key.first() {
         Some(b'_') => Keyword::Assigned,
