@@ -133,7 +133,7 @@ fn the_doctor_reads_the_certificates_that_the_next_start_would() {
     for (key, trusted, fault) in [
         (&strange, &certificate, "cannot be used"),
         (&missing, &certificate, "cannot be read"),
-        (&key, &empty, "contains no certificate"),
+        (&key, &empty, "holds no certificate"),
         (&key, &missing, "cannot be read"),
     ] {
         let output = asked(key, trusted);

@@ -82,7 +82,7 @@ async fn axes_that_are_not_known_are_named_with_the_cure() {
     let three = four.replace(" C0.000", "").replace(" C10.000", "").replace(" C60.000", "");
     let query = format!("{ZERO}&{WORN}&nominal_tool.length_mm=50&actual_tool.length_mm=49.9");
     for (cut, axes, start) in
-        [(&four, "where A stand", "start.A=0"), (&three, "where A, C stand", "start.A=0&start.C=0")]
+        [(&four, "are not known: A. ", "start.A=0"), (&three, "are not known: A, C. ", "start.A=0&start.C=0")]
     {
         let program = format!("{HEAD}{cut}M30\n");
         let body = problem(app.operate("m", WEAR, &query, &program, "*/*").await, "program-fault").await;

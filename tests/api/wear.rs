@@ -161,7 +161,7 @@ async fn every_bad_element_is_named() {
     let gouge = refused(&app, SCALLOP, &with(json!({"surface_radius_mm": 4}))).await;
     assert!(gouge["detail"].as_str().unwrap().contains("at most 4 mm"), "{gouge}");
     let apart = refused(&app, SCALLOP, &with(json!({"stepover_mm": 25}))).await;
-    assert!(apart["detail"].as_str().unwrap().contains("at most 20 mm"), "{apart}");
+    assert!(apart["detail"].as_str().unwrap().contains("the limit is 20 mm"), "{apart}");
     let missing = refused(&app, SCALLOP, &json!({"tool_radius_mm": 5, "surface": "flat"})).await;
     assert_eq!(pointers(&missing), ["/stepover_mm"]);
     let huge = app

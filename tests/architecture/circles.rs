@@ -10,19 +10,20 @@ use crate::tree::{Arrow, Tree};
 /// The modules whose inside is held free of circles.
 const LOOKED_AT: [&str; 5] = ["process", "motion", "program", "jobs", "http"];
 
-/// `motion` and `program` get rooms of their own. Their circles leave the table then.
-const BEING_REBUILT: &str = "being rebuilt";
-
 /// Circles that are meant: their members, and the reason.
 const MEANT_CIRCLES: &[(&[&str], &str)] = &[
     (
         &[
-            "motion/codes",
+            "motion/block_words",
+            "motion/course",
+            "motion/dialect",
             "motion/execute",
             "motion/feed",
             "motion/feed_rules",
             "motion/interpreter",
+            "motion/meaning",
             "motion/modal",
+            "motion/motion_shell",
             "motion/motions",
             "motion/position",
             "motion/sections",
@@ -31,21 +32,55 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
             "motion/travel",
             "motion/unit",
         ],
-        BEING_REBUILT,
+        "The interpreter is one state machine. These files hold parts of its state and of its course.",
     ),
-    (&["program/batch", "program/constants", "program/dialect", "program/fault"], BEING_REBUILT),
-    (&["program/constants/siemens/declaration", "program/constants/siemens/variables"], BEING_REBUILT),
+    (
+        &["program/batch", "program/constants", "program/dialect", "program/fault", "program/writer"],
+        "A batch knows the dialect in which it was read. A dialect makes batches and prints them.",
+    ),
     (
         &[
-            "program/constants/siemens/expression",
-            "program/constants/siemens/functions",
-            "program/constants/siemens/operators",
+            "program/dialect/apt",
+            "program/dialect/csv",
+            "program/dialect/detect",
+            "program/dialect/foreign",
+            "program/dialect/heidenhain",
+            "program/dialect/iso",
+            "program/dialect/okuma",
+            "program/dialect/rules",
+            "program/dialect/siemens",
         ],
-        BEING_REBUILT,
+        "The table of dialects names their rows. The rows are of a type that is beside the table.",
     ),
-    (&["program/dialect/heidenhain/cycle", "program/dialect/heidenhain/statement"], BEING_REBUILT),
-    (&["program/dialect/iso", "program/dialect/statement"], BEING_REBUILT),
-    (&["program/dialect/siemens/line", "program/dialect/siemens/statement"], BEING_REBUILT),
+    (
+        &["program/dialect/apt/line", "program/dialect/apt/point", "program/dialect/apt/statement"],
+        "One grammar, read by recursive descent.",
+    ),
+    (
+        &[
+            "program/dialect/heidenhain/cycle",
+            "program/dialect/heidenhain/line",
+            "program/dialect/heidenhain/path",
+            "program/dialect/heidenhain/statement",
+        ],
+        "One grammar, read by recursive descent.",
+    ),
+    (
+        &["program/dialect/siemens/constants/declaration", "program/dialect/siemens/constants/variables"],
+        "One grammar, read by recursive descent.",
+    ),
+    (
+        &[
+            "program/dialect/siemens/constants/expression",
+            "program/dialect/siemens/constants/functions",
+            "program/dialect/siemens/constants/operators",
+        ],
+        "One grammar, read by recursive descent.",
+    ),
+    (
+        &["program/dialect/siemens/line", "program/dialect/siemens/statement"],
+        "One grammar, read by recursive descent.",
+    ),
 ];
 
 /// Every circle between the members of a folder, with the arrows between them.
