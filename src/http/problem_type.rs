@@ -79,7 +79,7 @@ catalogue! {
     ToolTableFull = CONFLICT, "tool-table-full", "The machine has the largest allowed number of tools",
         "The detail gives the limit (max_tools_per_machine). Delete tools that are no longer used, or raise the limit.";
     AlreadyCompensated = CONFLICT, "already-compensated", "The step was done to this program before",
-        "The program has the stamp of a requested step, or it equals an earlier output of such a step: the detail names the step. A repeated step would move every end twice. Send the program as it was before the step; allow_repeated lets the steps cc and singularity run again.";
+        "The program has the stamp of a requested step, or it equals an earlier output of such a step: the detail names the step. Wear or location errors compensated twice would move every end twice. Send the program as it was before the step; allow_repeated lets the steps cc and singularity run again.";
     AlreadyWithdrawn = CONFLICT, "already-withdrawn", "The entry was withdrawn for another reason",
         "The detail says when and why. A withdrawn entry stays as it is; post the right numbers as a new entry.";
     PreconditionFailed = PRECONDITION_FAILED, "precondition-failed", "The resource is not in the expected state",
@@ -127,7 +127,7 @@ catalogue! {
     StoredFileDamaged = INTERNAL_SERVER_ERROR, "stored-file-damaged", "Stored data is damaged",
         "A program, a surface, a table or a report does not match its SHA-256, or is missing. The service neither sends it nor computes with it. The detail gives the expected digest, and the length and digest that were found. Restore it from a backup, and run trunnion doctor, which lists all damaged data. You can also post a program again: the same bytes replace the damaged ones.";
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
-        "The process ended unexpectedly five times while it computed this job and nothing else, so the job is not tried again. Its program is kept; report the defect with it.";
+        "The process ended unexpectedly three times while it computed this job beside other work, then five times while it computed this job alone. The job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
         "The largest allowed number of jobs is waiting (max_queued_jobs). Retry after the time that Retry-After names; use the same Idempotency-Key, so that the job is created only once.";
     Busy = SERVICE_UNAVAILABLE, "busy", "All computation places are busy",

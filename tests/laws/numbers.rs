@@ -157,3 +157,15 @@ proptest! {
         prop_assert!(words.is_empty(), "{} {:?}", number, words);
     }
 }
+
+#[test]
+fn brackets_that_are_closed_but_too_deep_are_named_as_such() {
+    for (dialect, open, close, depth, bound) in
+        [(Dialect::Siemens, "(", ")", 45, "more than 40"), (Dialect::Iso, "[", "]", 40, "more than 32")]
+    {
+        let equals = if dialect == Dialect::Siemens { "=" } else { "" };
+        let text = format!("G21 G90\nG1 X{equals}{}1{}\n", open.repeat(depth), close.repeat(depth));
+        let (_, faults) = read(&text, dialect);
+        assert!(faults.iter().any(|fault| fault.to_string().contains(bound)), "{text} {faults:?}");
+    }
+}

@@ -36,7 +36,7 @@ impl Interpreter {
             self.position.forget_tool_axis();
         }
         if self.modal.tool_length == Some(length) {
-            // The length may be another one, unless the code only repeats the mode. H has already been read.
+            // The length may be another one, so Z is not known until the program states it again.
             self.position.axes[Z] = None;
         } else {
             self.position.forget_linear();

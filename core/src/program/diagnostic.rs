@@ -118,13 +118,15 @@ pub enum DiagnosticCode {
         /// From the name on.
         text: Excerpt,
     },
-    /// More than 32 nested brackets or parameters.
+    /// More nested brackets, signs or parameters than are read.
     #[error(
-        "`{text}`: the expression has more than 32 nested brackets or parameters; divide it into several statements"
+        "`{text}`: the expression has more than {max} nested brackets, signs or parameters; divide it into several statements"
     )]
     TooDeep {
         /// From the first bracket that is too deep on.
         text: Excerpt,
+        /// The largest depth that is read.
+        max: u32,
     },
     /// A number that is too large for any machine.
     #[error("{address} {value:e} is outside ±{max_abs:e}; correct the number")]

@@ -1,11 +1,11 @@
 //! The parts of Sinumerik programs that are not letters with numbers: names, assignments, calls, values of every form.
 
-use super::constants::{Mistake, NoNames, Number, Walk, operand_name_end, with_exponent};
+use super::constants::{MAX_DEPTH, Mistake, NoNames, Number, Walk, operand_name_end, with_exponent};
 use super::line::{fail_exponent, fail_value, has_equals, has_exponent, push_keyword};
 use super::names::{self, Name};
 use crate::program::dialect::line::Line;
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
-use crate::program::{Address, BlockFlags, BlockKind, Keyword, Word, WordForm};
+use crate::program::{Address, BlockFlags, BlockKind, DiagnosticCode, Keyword, Word, WordForm};
 
 /// The number of decimals that is assumed for a value that is not written as a decimal.
 const COMPUTED_DECIMALS: u8 = 4;
@@ -186,6 +186,9 @@ fn give_up(line: &mut Line<'_>, start: usize, mistake: Mistake) {
     match mistake {
         Mistake::NoOperand(_) => fail_value(line, start, false),
         Mistake::Unclosed(at) => fail_value(line, at.max(start), true),
+        Mistake::TooDeep(_) => {
+            line.fail_with(|text| DiagnosticCode::TooDeep { text, max: u32::from(MAX_DEPTH) }, start);
+        }
         Mistake::Exponent(at) => fail_exponent(line, at),
     }
 }

@@ -1,6 +1,6 @@
 //! The pass through the blocks: words get values, and assignments take effect after the words.
 
-use super::expression::{Expression, Mistake, Value, Wrong};
+use super::expression::{Expression, MAX_DEPTH, Mistake, Value, Wrong};
 use super::{Parameters, Target};
 use crate::program::comment::comment_end;
 use crate::program::{
@@ -237,7 +237,7 @@ fn diagnostic(batch: &Batch, block: &Block, wrong: Wrong) -> Diagnostic {
         Mistake::Unclosed => DiagnosticCode::Unclosed { text },
         Mistake::Undefined => DiagnosticCode::Undefined { text },
         Mistake::NoFunction => DiagnosticCode::UnknownFunction { text },
-        Mistake::TooDeep => DiagnosticCode::TooDeep { text },
+        Mistake::TooDeep => DiagnosticCode::TooDeep { text, max: MAX_DEPTH },
     };
     at_bytes(batch, block, wrong.start, wrong.end, code)
 }

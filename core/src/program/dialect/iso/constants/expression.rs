@@ -14,7 +14,7 @@ use crate::program::constants::arithmetic as functions;
 use crate::program::number::read_unsigned;
 
 /// The deepest nesting of brackets, and of parameters whose number is a parameter.
-const MAX_DEPTH: u32 = 32;
+pub(super) const MAX_DEPTH: u32 = 32;
 /// Numbers closer than this may compare either way, because RS274 takes them as equal.
 const NEARLY_EQUAL: f64 = 1e-4;
 /// A number this close to the edge of a rounding may round either way in another control's arithmetic.

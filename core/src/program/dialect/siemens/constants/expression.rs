@@ -6,7 +6,7 @@ use super::operators::{binary, operator};
 use crate::program::number::{exponent_at, read_unsigned};
 
 /// Deeper nesting of brackets and signs is not read.
-const MAX_DEPTH: u8 = 40;
+pub(in crate::program) const MAX_DEPTH: u8 = 40;
 /// The most arguments or subscripts that are examined. The ones after them are skipped.
 pub(super) const MAX_ARGUMENTS: usize = 8;
 
@@ -37,8 +37,10 @@ impl Number {
 pub(in crate::program) enum Mistake {
     /// An operand is missing at this byte.
     NoOperand(usize),
-    /// The bracket or quotation mark at this byte is not closed, or the nesting is too deep.
+    /// The bracket or quotation mark at this byte is not closed.
     Unclosed(usize),
+    /// The nesting is too deep from this byte on.
+    TooDeep(usize),
     /// A number continues at this byte with an exponent that is not written `EX`.
     Exponent(usize),
 }
@@ -159,7 +161,7 @@ impl<'a, N: Names> Walk<'a, N> {
 
     fn deeper(&mut self) -> Result<(), Mistake> {
         self.depth += 1;
-        if self.depth > MAX_DEPTH { Err(Mistake::Unclosed(self.at)) } else { Ok(()) }
+        if self.depth > MAX_DEPTH { Err(Mistake::TooDeep(self.at)) } else { Ok(()) }
     }
 
     /// One operand with its signs.

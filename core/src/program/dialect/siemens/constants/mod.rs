@@ -8,6 +8,6 @@ mod operators;
 mod variables;
 
 pub(in crate::program) use expression::{
-    Mistake, NoNames, Number, Walk, exponent_end, operand_name_end, with_exponent,
+    MAX_DEPTH, Mistake, NoNames, Number, Walk, exponent_end, operand_name_end, with_exponent,
 };
 pub(in crate::program) use variables::Variables;
