@@ -237,7 +237,16 @@ fn changed(text: &str, words: &[(Address, f64, u8)], without_end_codes: bool) ->
 }
 
 fn inserted(text: &str, words: &[(Address, f64, u8)], with_end_codes: bool) -> String {
-    let batches = read_chunks(&[text.as_bytes()], None).unwrap();
+    inserted_in(None, text, words, with_end_codes)
+}
+
+fn inserted_in(
+    dialect: Option<Dialect>,
+    text: &str,
+    words: &[(Address, f64, u8)],
+    with_end_codes: bool,
+) -> String {
+    let batches = read_chunks(&[text.as_bytes()], dialect).unwrap();
     let words: Vec<_> =
         words.iter().map(|&(address, value, decimals)| NewWord { address, value, decimals }).collect();
     let mut out = Vec::new();
@@ -315,6 +324,9 @@ fn new_words_stand_as_those_of_their_program() {
         let program = format!("BEGIN PGM A MM\n{first}\nL X-1.0 Y-2.0\n");
         assert_eq!(changed_in(Dialect::Heidenhain, &program, &all[2..], &[]), last);
     }
+    // So do its new blocks, where the source block has minus signs.
+    let program = "BEGIN PGM A MM\nL X+1.0 Y+2.0\nL X-1.0 Y-2.0\n";
+    assert_eq!(inserted_in(Some(Dialect::Heidenhain), program, &all[..2], false), "L X+5.0 Y+6.0\n");
 }
 
 #[test]
@@ -331,6 +343,8 @@ fn cutter_locations_keep_their_statements() {
             &with_axis[..],
             "GOTO / 7.0, 8.0, 9.0, 0.0, 0.6, 0.8\n",
         ),
+        // Only the numbers change; the blanks between them stay.
+        ("MULTAX\nGOTO/1.0, 2.0,3.0 ,0.0,  0.0,1.0\n", &point[..], "GOTO/7.0, 8.0,9.0 ,0.0,  0.0,1.0\n"),
         (
             "FEDRAT/MMPM,100.0\n  GOTO/1.0,2.0,3.0\n",
             &[(f, 250.0, 1)],
