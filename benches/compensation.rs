@@ -20,8 +20,8 @@ use trunnion::process::{
     CcParameters, ContactSource, ProgramSource, WearParameters, WornCutter, compensate_side_by_side,
     compensate_wear_side_by_side,
 };
+use trunnion::side_by_side::{OneAfterAnother, SideBySide};
 use trunnion::units::Length;
-use trunnion::wear::{OneAfterAnother, SideBySide};
 
 #[path = "../tests/models/mod.rs"]
 mod models;

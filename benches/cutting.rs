@@ -8,9 +8,9 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup};
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{ProgramSetup, VerificationParameters, verify_part};
+use trunnion::side_by_side::{OneAfterAnother, SideBySide};
 use trunnion::surface::SurfacePoint;
 use trunnion::units::Length;
-use trunnion::wear::{OneAfterAnother, SideBySide};
 
 mod threads;
 

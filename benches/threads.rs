@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use trunnion::wear::SideBySide;
+use trunnion::side_by_side::SideBySide;
 
 /// So many threads, the caller's own among them; each takes the next part when it is done with one.
 pub(crate) struct Threads(pub(crate) usize);

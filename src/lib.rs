@@ -8,8 +8,8 @@
 #![forbid(unsafe_code)]
 
 pub use trunnion_core::{
-    calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, surface,
-    units, wear,
+    calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, side_by_side,
+    surface, units, wear,
 };
 
 pub mod wire;

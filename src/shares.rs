@@ -127,7 +127,7 @@ impl Quota {
 pub enum NoShare {
     /// The caller holds its full share.
     #[error(
-        "this caller holds {used} {} and may now hold {allowed}, its part of what others leave ({}, max_share_per_caller): {}",
+        "this caller holds {used} {}; its share is {allowed} now ({}, max_share_per_caller): {}",
         quota.name(), quota.settings(), quota.cure()
     )]
     OverShare {

@@ -21,6 +21,8 @@ pub mod motion;
 
 pub mod contact;
 
+pub mod side_by_side;
+
 pub mod wear;
 
 pub mod servo;

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use trunnion_core::machine::{Machine, Preset, Tool};
 use trunnion_core::motion::{Interpolation, Interpreter, InterpreterOptions, ToolName, WorkOffset, WorkOffsets};
 use trunnion_core::process::{
-    Budget, CcParameters, CcStep, CompensationParameters, ContactSource, Fault, ListedTool, MemorySpool, ProgramSetup,
+    Budget, CcParameters, CcStep, CompensationParameters, ContactSource, Fault, ListedTool, MemoryStepStore, ProgramSetup,
     SingularityAction, SingularityParameters, StartPosition, ToolTable, Tools, WearParameters, WearStep, WornCutter,
     compensate, compensate_program, compensate_wear, treat_singular_regions,
 };
 use trunnion_core::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, print_changed};
 use trunnion_core::units::{Feedrate, Length, LengthUnit};
-use trunnion_core::wear::OneAfterAnother;
+use trunnion_core::side_by_side::OneAfterAnother;
 
 /// Lines longer than this are refused, so that the refusal is met too.
 const LINE_BYTES: usize = 2048;
@@ -203,7 +203,7 @@ pub fn pipeline(data: &[u8]) {
                 ..CompensationParameters::new(cc.program)
             };
             let mut out = Vec::new();
-            let spool = MemorySpool::default();
+            let spool = MemoryStepStore::default();
             let step = compensate_program(
                 &machine,
                 &parameters,

@@ -76,7 +76,7 @@ pub enum StartFault {
     },
     /// Other computers can reach the address, and there is no key.
     #[error(
-        "will not listen on {address} without an API key: create one with `trunnion keys create --name NAME --scopes admin,…`, \
+        "the service does not listen on {address} without an API key: create one with `trunnion keys create --name NAME --scopes admin,…`, \
          or give --insecure to serve everybody"
     )]
     Unguarded {

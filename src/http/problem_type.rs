@@ -66,7 +66,7 @@ catalogue! {
         "The Allow header names the methods it has.";
     NotAcceptable = NOT_ACCEPTABLE, "not-acceptable", "No representation fits the Accept header",
         "The detail names the available media types.";
-    RequestTimeout = REQUEST_TIMEOUT, "request-timeout", "The body stopped coming",
+    RequestTimeout = REQUEST_TIMEOUT, "request-timeout", "The body stopped arriving",
         "No byte of the body arrived for too long. Send it again.";
     KeyReused = CONFLICT, "idempotency-key-reused", "The idempotency key was used for another request",
         "The Idempotency-Key was first used with another body, query or path. Use a new key for a new request.";
@@ -93,9 +93,9 @@ catalogue! {
     HeaderTooLarge = REQUEST_HEADER_FIELDS_TOO_LARGE, "header-too-large", "The header is too large",
         "All header fields together are longer than the limit that the detail names.";
     TooManyRequests = TOO_MANY_REQUESTS, "too-many-requests", "Too many requests from one caller",
-        "The caller, known by key or else by address, sends more requests than the service is set to answer. Retry after the time that Retry-After names.";
+        "The caller, identified by its key or without a key by its address, sends more requests than the service is set to answer. Retry after the time that Retry-After names.";
     Quota = TOO_MANY_REQUESTS, "quota", "The caller holds its full share",
-        "One caller, known by key or else by address, may hold only a part of what the others leave (max_share_per_caller), so that all callers find room. The detail names the shared resource, how much of it the caller holds, how much it may hold now, and how to make room. Nothing was stored. Retry after the time that Retry-After names.";
+        "One caller, identified by its key or without a key by its address, may hold only a part of what the others leave (max_share_per_caller), so that all callers find room. The detail names the shared resource, how much of it the caller holds, how much it may hold now, and how to make room. Nothing was stored. Retry after the time that Retry-After names.";
     UnsupportedMediaType = UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "The body's media type or coding does not fit",
         "The detail names the media types that the operation accepts. Content codings are gzip and zstd.";
     RangeNotSatisfiable = RANGE_NOT_SATISFIABLE, "range-not-satisfiable", "The range is beyond the end",
@@ -107,7 +107,7 @@ catalogue! {
     UnreachablePose = UNPROCESSABLE_ENTITY, "unreachable-pose", "A pose cannot be reached",
         "The member pose is the index of the first such pose, from 0: the rotary axes cannot tilt the tool in this direction, or every solution is outside the travel.";
     ProgramFault = UNPROCESSABLE_ENTITY, "program-fault", "The program cannot be followed",
-        "The members line and block name the first faulty line of the upload, errors lists every fault that was kept. Nothing was stored.";
+        "The members line and block name the first faulty line of the upload. errors lists the faults, at most 100. Nothing was stored.";
     UnitUnknown = UNPROCESSABLE_ENTITY, "unit-unknown", "The unit of the program is not known",
         "The program states neither millimetres nor inches before its first length; the member line names the block. Give unit as mm or inch, write it into the program (G20 G21, G70 G71, BEGIN PGM … MM, UNITS/), or state program_unit in the machine's profile.";
     OutOfTravel = UNPROCESSABLE_ENTITY, "out-of-travel", "The program leaves the machine's travel",
@@ -139,7 +139,7 @@ catalogue! {
     StorageUnavailable = SERVICE_UNAVAILABLE, "storage-unavailable", "Nothing can be stored now",
         "The disk is full, read-only or failing, or the database does not answer: the detail says which. Nothing was stored. Retry after the time that Retry-After names.";
     ShuttingDown = SERVICE_UNAVAILABLE, "shutting-down", "The service is stopping",
-        "The service is draining. Retry after the time that Retry-After names.";
+        "The service is stopping and takes no new requests. Retry after the time that Retry-After names.";
 }
 
 impl ProblemType {

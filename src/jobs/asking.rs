@@ -14,7 +14,7 @@ pub fn asked_by<F: Future>(who: Who, work: F) -> TaskLocalFuture<Who, F> {
     ASKER.scope(who, work)
 }
 
-/// The caller of this task; the service itself, if there is none.
+/// The caller of this task. Tasks without a caller are the service's own.
 #[must_use]
 pub fn asker() -> Who {
     ASKER.try_with(Clone::clone).unwrap_or(Who::Service)

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::cutter_contact::core_parameters;
 use super::part_surface::part_surface;
-use super::resting::Resting;
 use super::stamping::Leaving;
+use super::step_files::StepFiles;
 use super::workplace::{Finished, Workplace, written};
 use super::{Compensated, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
@@ -39,7 +39,7 @@ impl ProgramParameters for CcParameters {
             let Workplace { program, surface, spool, threads, stop } = place;
             let mut output = place.output()?;
             asked.part = part_surface(surface, &self.surface_reading(), stop)?;
-            let resting = Resting::new(spool.blobs().clone());
+            let resting = StepFiles::new(spool.blobs().clone());
             let Compensated { findings, dialect, steps, reading } = compensator.compensate(
                 &on.machine,
                 &asked,

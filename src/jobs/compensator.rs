@@ -7,7 +7,7 @@ use super::CompensatorFault;
 use crate::machine::Machine;
 use crate::process::{self, ProgramReading, Stop};
 use crate::program::{Dialect, Steps};
-use crate::wear::SideBySide;
+use crate::side_by_side::SideBySide;
 use crate::wire::{CcFindings, CcParameters, CcReport};
 
 /// The compensator of the CC path. The service has one; tests may provide another.
@@ -27,7 +27,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         singularity: &process::SingularityParameters,
         source: &dyn process::ProgramSource,
         output: &mut dyn Write,
-        spool: &dyn process::Spool,
+        spool: &dyn process::StepStore,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<Compensated, CompensatorFault>;

@@ -17,8 +17,8 @@ use super::{PartSurfaceFault, asker};
 use crate::meter;
 use crate::process::Stop;
 use crate::shares::{NoShare, Quota, Share, Shares, Who};
+use crate::side_by_side::SideBySide;
 use crate::surface::Mesh;
-use crate::wear::SideBySide;
 
 /// Why there is no result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

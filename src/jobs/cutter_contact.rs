@@ -9,8 +9,8 @@ use crate::machine::{Machine, Tool};
 use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, ProgramSetup, SingularityParameters, SingularityReport, Stop};
 use crate::program::Steps;
+use crate::side_by_side::SideBySide;
 use crate::units::{Angle, Length, UM_PER_MM};
-use crate::wear::SideBySide;
 use crate::wire::{
     CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Output,
 };
@@ -30,7 +30,7 @@ impl Compensator for CutterContactCompensator {
         singularity: &SingularityParameters,
         source: &dyn process::ProgramSource,
         output: &mut dyn Write,
-        spool: &dyn process::Spool,
+        spool: &dyn process::StepStore,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<Compensated, CompensatorFault> {

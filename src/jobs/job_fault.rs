@@ -41,7 +41,7 @@ pub enum JobFault {
     #[error(transparent)]
     NoShare(#[from] NoShare),
     /// As many jobs wait as may.
-    #[error("{waiting} jobs wait already")]
+    #[error("{waiting} jobs are already waiting, the limit of max_queued_jobs; retry later")]
     QueueFull {
         /// How many.
         waiting: usize,

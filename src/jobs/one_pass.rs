@@ -4,8 +4,8 @@ use super::compensation::{missing_tool, treats};
 use super::cutter_contact::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
 use super::refusals::in_words_of_the_wire;
-use super::resting::Resting;
 use super::stamping::Leaving;
+use super::step_files::StepFiles;
 use super::wear_program::{findings as wear_findings, missing_from_table};
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
@@ -78,7 +78,7 @@ impl ProgramParameters for CompensationParameters {
             let mut output = place.output()?;
             let mut changes = ChangeTable::new(place.output()?)
                 .map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
-            let resting = Resting::new(spool.blobs().clone());
+            let resting = StepFiles::new(spool.blobs().clone());
             let done = process::compensate_program(
                 &on.machine,
                 &core,

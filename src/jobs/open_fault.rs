@@ -21,7 +21,7 @@ pub enum OpenFault {
     #[error(transparent)]
     Trust(#[from] TrustFault),
     /// The system provides no random numbers.
-    #[error("the system gives no random numbers: {0}")]
+    #[error("the system provides no random numbers: {0}")]
     NoRandomness(getrandom::Error),
     /// The system gives no thread.
     #[error("the system gives no thread: {0}")]

@@ -22,7 +22,7 @@ fn unless_it_leaves_its_path(report: &process::PostReport) -> Result<(), Compens
         let (off_mm, line) = (report.largest_tip_swing_mm, report.tip_swing_line);
         let detail = format!(
             "half way to a point the tip is {off_mm:.3} mm off the straight line, more than {MAX_TIP_SWING_MM} mm: give more \
-             points, or post with interpolation tcp"
+             points, or use interpolation=tcp"
         );
         (detail, line)
     } else {

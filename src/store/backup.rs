@@ -66,10 +66,10 @@ pub enum BackupFault {
         /// The reason.
         source: serde_json::Error,
     },
-    /// A backup of another form.
-    #[error("the backup has form {found}, but this version reads form {FORMAT}")]
+    /// A backup of another format.
+    #[error("the backup has format {found}, but this version reads format {FORMAT}")]
     Format {
-        /// The form found.
+        /// The format found.
         found: u32,
     },
     /// The backup comes from a newer version.
@@ -116,7 +116,7 @@ pub enum BackupFault {
     #[error("{} is missing, but a job needs it; restore it from an earlier backup; trunnion doctor lists all missing files", .0.display())]
     Lost(PathBuf),
     /// Jobs released files during every copy.
-    #[error("jobs released files during the copy {ATTEMPTS} times, the last time {}; try again", .0.display())]
+    #[error("the service removed files during the copy {ATTEMPTS} times, the last one {}; try again", .0.display())]
     Unquiet(PathBuf),
 }
 

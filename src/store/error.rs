@@ -19,7 +19,7 @@ pub enum StoreError {
     },
     /// The service that has the database has another version.
     #[error(
-        "the database is in form {found}, but this version makes form {needed}; use the version of the running service"
+        "the database has format {found}, but this version makes format {needed}; use the version of the running service"
     )]
     OtherForm {
         /// Form of the database.

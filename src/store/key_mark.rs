@@ -28,7 +28,7 @@ impl KeyMark {
         directory.join(FILE)
     }
 
-    /// The present file at this path; `None` if there is none.
+    /// The present file at this path; `None` if the path has no file.
     #[must_use]
     pub fn at(place: &Path) -> Option<Self> {
         let file = std::fs::metadata(place).ok()?;

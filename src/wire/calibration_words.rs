@@ -95,7 +95,7 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         RunWarning::SingleSweep { test } => (
             "single-sweep",
             Some(test),
-            "the axis turned in one direction only, so play and friction are not visible; add the sweep back"
+            "the axis turned in one direction only, so play and friction are not visible; add the return sweep"
                 .to_owned(),
         ),
         RunWarning::DuplicateAngle { test, reading, angle_deg } => {
@@ -117,7 +117,7 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         }
         RunWarning::SuspiciouslySmall { largest_mm } => {
             let detail = format!(
-                "no reading is larger than {} µm: are they millimetres?",
+                "no reading is larger than {} µm; check whether they are in millimetres",
                 short(largest_mm * UM_PER_MM)
             );
             ("suspiciously-small", None, detail)
@@ -141,13 +141,13 @@ pub(super) fn warning_words(warning: &RunWarning) -> (&'static str, Option<usize
         }
         RunWarning::ManyOutliers { test, left_out, readings } => {
             let detail = format!(
-                "{left_out} of {readings} readings were left out: were the others the wrong ones? Measure the test again"
+                "{left_out} of {readings} readings were left out. The other readings may be the wrong ones; measure the test again"
             );
             ("many-outliers", Some(test), detail)
         }
         RunWarning::IllConditioned { condition_number } => {
             let detail = format!(
-                "the tests hardly separate some errors (condition number {}): look at the standard uncertainties",
+                "the tests hardly separate some errors (condition number {}): check the standard uncertainties",
                 short(condition_number)
             );
             ("ill-conditioned", None, detail)

@@ -241,7 +241,7 @@ impl CcParameters {
     /// Angle that separates two passes if none is stated (deg).
     #[must_use]
     pub const fn default_pass_break_deg() -> f64 {
-        process::CcParameters::PASS_BREAK_DEG
+        process::ContactSource::PASS_BREAK_DEG
     }
 
     /// Smallest and largest angle that may separate two passes (deg).

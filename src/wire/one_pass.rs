@@ -88,7 +88,7 @@ pub struct CompensationParameters {
     /// Move the program for a worn cutter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wear: Option<WearStep>,
-    /// True: the program was posted for the nominal machine and is posted again for the calibrated machine.
+    /// True: the program was made for the nominal machine; its words are computed again for the calibrated machine.
     #[serde(default)]
     pub location_errors: bool,
     /// Compensate the cutter-contact path between the ends of blocks.

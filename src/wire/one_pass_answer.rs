@@ -26,7 +26,7 @@ fn urad(rad: f64) -> f64 {
 pub struct LocationErrorFindings {
     /// Whether the machine has any location error or squareness error; without one, nothing is moved.
     pub machine_has_errors: bool,
-    /// Motions whose end was posted again.
+    /// Motions whose end was computed again.
     pub motions_posted: u64,
     /// Posted motions whose rotary words changed.
     pub motions_turned: u64,
@@ -73,7 +73,7 @@ impl From<&process::LocationErrorReport> for LocationErrorFindings {
 
 /// Changes that each step made to one motion of the upload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = BlockChange)]
+#[schema(as = MotionChange)]
 pub struct BlockChangeDoc {
     /// Line of the upload.
     pub line: u64,
@@ -89,8 +89,8 @@ pub struct BlockChangeDoc {
     pub blocks_out: u32,
 }
 
-impl From<&process::BlockChange> for BlockChangeDoc {
-    fn from(core: &process::BlockChange) -> Self {
+impl From<&process::MotionChange> for BlockChangeDoc {
+    fn from(core: &process::MotionChange) -> Self {
         Self {
             line: core.line,
             location_errors_um: um(core.location_errors_mm),
@@ -183,7 +183,7 @@ impl From<&process::BudgetLine> for BudgetLineDoc {
 
 /// Errors of one motion, by source.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = BlockError)]
+#[schema(as = MotionError)]
 pub struct BlockErrorDoc {
     /// Largest deviation of the contact from its line between the ends.
     pub interpolation_um: f64,
@@ -373,8 +373,8 @@ pub struct ChangeRow {
     pub error_after_um: f64,
 }
 
-impl From<&process::BlockChange> for ChangeRow {
-    fn from(core: &process::BlockChange) -> Self {
+impl From<&process::MotionChange> for ChangeRow {
+    fn from(core: &process::MotionChange) -> Self {
         Self {
             line: core.line,
             kind: match core.kind {
@@ -432,7 +432,7 @@ impl<W: Write> ChangeTable<W> {
 }
 
 impl<W: Write> process::ChangeSink for ChangeTable<W> {
-    fn changed(&mut self, change: &process::BlockChange) -> std::io::Result<()> {
+    fn changed(&mut self, change: &process::MotionChange) -> std::io::Result<()> {
         self.0.serialize(ChangeRow::from(change)).map_err(super::fault_of_table)
     }
 }

@@ -28,7 +28,7 @@ impl Numbers {
         }
     }
 
-    /// The number of the element with this index; NaN if there is none.
+    /// The number of the element with this index; NaN if the list is shorter.
     #[must_use]
     pub fn at(&self, index: usize) -> f64 {
         match self {

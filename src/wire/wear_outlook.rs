@@ -187,13 +187,13 @@ impl PartsOutlook {
             }
             LifeKind::NoRise => {
                 let words = format!(
-                    "it is less than 90 % sure that the wear still grows, so no number of parts can be given for {limit_um} µm. {ends}"
+                    "the probability that the wear still grows is less than 90 %, so no number of parts can be given for {limit_um} µm. {ends}"
                 );
                 (PartsOutlookKind::NoRise, words)
             }
             LifeKind::BeyondReach => {
                 let words = format!(
-                    "{limit_um} µm are most likely reached after {reach} parts: the measured range does not allow a longer outlook. {ends}"
+                    "{limit_um} µm are most likely reached after {reach} parts: the measured range does not allow a longer prediction. {ends}"
                 );
                 (PartsOutlookKind::BeyondReach, words)
             }
@@ -216,10 +216,10 @@ fn between(interval: &PartsInterval, reach: u64) -> String {
         (Some(earliest), Some(latest)) => format!("between {earliest} and {latest} parts"),
         (Some(earliest), None) => {
             format!(
-                "not before {earliest} parts, with no late end up to {reach} parts, where the outlook ends"
+                "not before {earliest} parts, with no late end up to {reach} parts, where the prediction ends"
             )
         }
-        (None, _) => format!("not before {reach} parts, where the outlook ends"),
+        (None, _) => format!("not before {reach} parts, where the prediction ends"),
     }
 }
 

@@ -123,10 +123,6 @@ async fn measurements_are_in_the_log() {
     assert_eq!(entries.status(), 201);
     let entries: Value = entries.json().await.unwrap();
     let entry = format!("{machine}/tools/T%2012/wear-entries/{}", entries[0]["id"].as_str().unwrap());
-    for _twice in 0..2 {
-        let withdrawn = app.post_json(&format!("{entry}/withdraw"), &json!({"reason": "wrong"})).await;
-        assert_eq!(withdrawn.status(), 200);
-    }
     let expected = [
         row("machine-created", None, Some(1)),
         row("calibration-created", None, None),
@@ -134,7 +130,11 @@ async fn measurements_are_in_the_log() {
         row("wear-entries-created", None, None),
         row("wear-entry-withdrawn", None, None),
     ];
-    assert_eq!(log(&app, "&machine_id=example-ac-table").await, expected);
+    for time in ["first", "second"] {
+        let withdrawn = app.post_json(&format!("{entry}/withdraw"), &json!({"reason": "wrong"})).await;
+        assert_eq!(withdrawn.status(), 200);
+        assert_eq!(log(&app, "&machine_id=example-ac-table").await, expected, "withdrawn the {time} time");
+    }
     let page: Value = app.get("/v1/audit").await.json().await.unwrap();
     assert_eq!(page["items"][0]["resource"], entry);
     assert_eq!(page["items"][1]["resource"], entry);

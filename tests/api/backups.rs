@@ -99,7 +99,7 @@ async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
     change("\"blobs/", "\"../blobs/");
     refused("is not a file of a backup");
     change("\"format\": 1", "\"format\": 2");
-    refused("form 2");
+    refused("format 2");
     std::fs::remove_file(backup.join("manifest.json")).unwrap();
     refused("manifest.json");
 }

@@ -13,8 +13,8 @@ use trunnion::jobs::{
     Compensated, Compensator, CompensatorFault, CutterContactCompensator, Refusal, RefusalClass,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{self, ProgramSource, SingularityParameters, Spool, Stop};
-use trunnion::wear::SideBySide;
+use trunnion::process::{self, ProgramSource, SingularityParameters, StepStore, Stop};
+use trunnion::side_by_side::SideBySide;
 use trunnion::wire::{CcParameters, CcReport};
 
 use crate::support::{
@@ -63,7 +63,7 @@ impl Compensator for Held {
         _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
         output: &mut dyn Write,
-        _spool: &dyn Spool,
+        _spool: &dyn StepStore,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<Compensated, CompensatorFault> {

@@ -60,7 +60,7 @@ async fn a_tool_that_the_text_does_not_tell_is_not_said_to_be_none() {
     for program in [macros, r, siemens(&["T1 D2 M6"])] {
         let body = refused(&app, CC, &query, &program).await;
         assert_eq!(pointers(&body), ["/tool_radius_mm"]);
-        for part in ["does not tell which", "tool_number", "tool_radius_mm"] {
+        for part in ["does not show which", "tool_number", "tool_radius_mm"] {
             assert!(detail(&body).contains(part), "{part}: {body}");
         }
         // Each cure is one, and both come to the same.
@@ -326,7 +326,7 @@ async fn the_worn_cutter_of_a_tool_that_the_text_does_not_tell_is_that_of_the_to
     let program = format!("{HEAD}T#100 M6\n{CUT}M30\n");
     let query = format!("{ZERO}&{ENTRIES}");
     let body = refused(&app, WEAR, &query, &program).await;
-    assert!(detail(&body).contains("does not tell which"), "{body}");
+    assert!(detail(&body).contains("does not show which"), "{body}");
     let by_entry = app.program("m", WEAR, &format!("{query}&tool_number=2"), &program).await;
     let stated = format!("{ZERO}&contact=feed-plane&nominal_tool.radius_mm=3&actual_tool.radius_mm=2.98");
     assert_eq!(by_entry, app.program("m", WEAR, &stated, &program).await);

@@ -194,7 +194,7 @@ async fn uploads_that_never_end_leave_room_in_the_spool_and_give_theirs_back() {
     for pieces in [13, 40] {
         let bomb = compensate(&app, &greedy, packed(pieces)).header("content-encoding", "gzip");
         let detail = over_share(bomb.send().await.unwrap()).await;
-        assert!(detail.contains(&format!("may now hold {}", 12 * PIECE)), "{detail}");
+        assert!(detail.contains(&format!("its share is {} now", 12 * PIECE)), "{detail}");
         assert_eq!(app.files(), (0, 0));
     }
     // Ten pieces that are sent, and no end of them.

@@ -15,10 +15,10 @@ use trunnion::jobs::{
     Clock, Compensated, Compensator, CompensatorFault, IdSource, Refusal, RefusalClass, Sources,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, Spool, Stop};
+use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, StepStore, Stop};
 use trunnion::program::{self, Steps};
+use trunnion::side_by_side::SideBySide;
 use trunnion::store::Store;
-use trunnion::wear::SideBySide;
 use trunnion::wire::{
     CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect, Fault,
     Interpolation,
@@ -256,7 +256,7 @@ impl Compensator for Upper {
         _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
         output: &mut dyn Write,
-        _spool: &dyn Spool,
+        _spool: &dyn StepStore,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<Compensated, CompensatorFault> {

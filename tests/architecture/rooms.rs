@@ -23,8 +23,8 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             // Those that write.
             ("pipeline", &["text"]),
             ("contact_path", &["pipeline"]),
+            ("move_ends", &["pipeline"]),
             ("singular", &["contact_path"]),
-            ("move_ends", &["contact_path"]),
             ("one_pass", &["singular", "move_ends", "simulate"]),
             // Those that only read. `post` writes another program, which the pipeline reads back.
             ("interpret", &["text"]),

@@ -9,11 +9,11 @@ use trunnion::geometry::Vec3;
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    CcStep, CompensationParameters, CompensationReport, ContactSource, Fault, MemorySpool, WearStep,
+    CcStep, CompensationParameters, CompensationReport, ContactSource, Fault, MemoryStepStore, WearStep,
     WornCutter, compensate_program,
 };
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::units::Length;
-use trunnion::wear::OneAfterAnother;
 
 use crate::displaced::{Line, displaced, errors, with_errors};
 use crate::set_ups::at_zero;
@@ -37,7 +37,7 @@ fn run(
     program: &[u8],
 ) -> Result<(Vec<u8>, CompensationReport), Fault> {
     let mut output = Vec::new();
-    let (source, spool) = (program.to_vec(), MemorySpool::default());
+    let (source, spool) = (program.to_vec(), MemoryStepStore::default());
     let go_on = || ControlFlow::Continue(());
     let report = compensate_program(
         machine,

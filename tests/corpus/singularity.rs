@@ -8,11 +8,11 @@ use trunnion::kinematics::SingularityKind;
 use trunnion::machine::{Machine, RotaryLetter, Tool};
 use trunnion::motion::Interpolation;
 use trunnion::process::{
-    CcParameters, ContactSource, LeftReason, MemorySpool, ProgramSetup, SingularityAction,
+    CcParameters, ContactSource, LeftReason, MemoryStepStore, ProgramSetup, SingularityAction,
     SingularityParameters, SingularityReport, treat_and_compensate, treat_singular_regions,
 };
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::units::Length;
-use trunnion::wear::OneAfterAnother;
 
 use crate::set_ups::at_zero;
 use crate::shared_file;
@@ -84,7 +84,7 @@ fn found_beside(
         &parameters,
         &singularity,
         &source,
-        &MemorySpool::default(),
+        &MemoryStepStore::default(),
         &mut Vec::new(),
         &OneAfterAnother,
         &go_on,

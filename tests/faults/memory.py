@@ -26,7 +26,7 @@ PORT = 8926
 # The default of max_memory_bytes.
 BOUND_MIB = 512
 # What the process may still hold a while after everything has gone.
-AFTER_MIB = 256
+AFTER_MIB = 160
 # Longest wait for an answer to a small call [s].
 PATIENCE_S = 30
 LASTS_S = 60

@@ -17,9 +17,9 @@ use trunnion::process::{
     compensate_wear, treat_singular_regions, verify_part,
 };
 use trunnion::program::DiagnosticCode;
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::surface::SurfacePoint;
 use trunnion::units::{Length, LengthUnit};
-use trunnion::wear::OneAfterAnother;
 
 use crate::compensation::witness;
 use crate::models::displaced::{errors, with_errors};

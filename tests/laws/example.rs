@@ -8,9 +8,10 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::Setup;
 use trunnion::machine::{EXAMPLE_ID, Machine, Preset};
 use trunnion::process::{VerificationParameters, verify_part};
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::surface::{Bulge, ParametricSurface, Sphere};
 use trunnion::units::Length;
-use trunnion::wear::{OneAfterAnother, Surface, scallop_height};
+use trunnion::wear::{Surface, scallop_height};
 
 use super::compensation::{parameters, run};
 use crate::models::finishing::{FeedForm, Form, blade, tool};

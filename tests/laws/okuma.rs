@@ -66,8 +66,9 @@ fn a_text_is_for_osp_where_it_plainly_says_so_and_stays_what_it_was_elsewhere() 
     for (text, dialect) in [
         (format!("$PART.MIN%\nOPART\n{CUT}"), Dialect::Okuma),
         (format!("OPART\nG15 H1\nG56 Z5. H1\n{CUT}"), Dialect::Okuma),
-        // One of the two alone is a work offset of other controls.
-        (format!("O0001 (PART)\nG15 H1\n{CUT}"), Dialect::Iso),
+        (format!("O0001 (PART)\nG15 H1\n{CUT}"), Dialect::Okuma),
+        // Polar words that end beside a length, and a work offset beside the number of a length.
+        (format!("O0001 (PART)\nG17 G15 G43 H1\nG56 G43 H2\n{CUT}"), Dialect::Iso),
         (format!("O0001 (PART)\nG56 Z5. H1\n{CUT}"), Dialect::Iso),
     ] {
         assert_eq!(shown(&text), Some(dialect), "{text}");
@@ -93,4 +94,56 @@ fn a_code_that_is_no_length_for_osp_moves_nothing_unseen() {
     };
     let refusal = diagnostics.refusals().next().expect("one").to_string();
     assert!(refusal.contains("line 4") && refusal.contains("post the program with numbers"), "{refusal}");
+}
+
+/// A program whose start is known, so that a cut would be divided.
+const BEGIN: &str =
+    "$PART.MIN%\nOPART\nG15 H1\nG21 G90 G17 G94 G40\nT1 M6\nG0 X0.000 Y0.000 A0.000 C0.000\nG56 Z50.000 H1\n";
+const LONG_CUT: &str = "G0 X0.000 Y0.000 Z50.000 A0.000 C0.000\nG1 X40.000 Y20.000 A20.000 C20.000 F500\n";
+
+#[test]
+fn no_cut_is_divided_where_the_control_would_do_something_else() {
+    let (plain, report) = compensated(None, &format!("{BEGIN}{LONG_CUT}M02\n")).expect("a program");
+    assert!(report.motions_over_tolerance > 0 && plain.len() > 400, "the cut itself is divided: {report:?}");
+    for line in [
+        // A frame in space, whichever of the two codes begins it.
+        "G69 X0 Y0 Z0 P30. Q0 R0",
+        "G68 X0 Y0 Z0 P30. Q0 R0",
+        // The direction of a rotary axis, a mirror, a tilted offset, smoothing by another code, a call.
+        "M16",
+        "G1 X0.000 M115",
+        "G62 X1 Y0 Z0",
+        "G605",
+        "G445",
+        "CALL OO88",
+        // The head looks to a side, and no length has named its axis again.
+        "M73",
+        "G15 H0",
+    ] {
+        let text = format!("{BEGIN}{line}\n{LONG_CUT}M02\n");
+        match compensated(None, &text) {
+            Ok((output, report)) => {
+                assert_eq!((output == text, report.motions_over_tolerance), (true, 0), "{line}: {output}");
+            }
+            Err(fault) => assert!(matches!(fault, Fault::NothingFollowed { .. }), "{line}: {fault:?}"),
+        }
+    }
+    // Text that would be read as another one is refused with its line.
+    for line in ["$ Y40.000 C5.000", "NLAPG91", "G1 X6.12E-17", "OMIT R2"] {
+        let refused = compensated(None, &format!("{BEGIN}{line}\n{LONG_CUT}M02\n"));
+        let Err(Fault::Program(diagnostics)) = refused else { panic!("{line}: {refused:?}") };
+        let refusal = diagnostics.refusals().next().expect("one").to_string();
+        assert!(refusal.contains("line 8"), "{line}: {refusal}");
+    }
+}
+
+#[test]
+fn smoothing_of_the_control_changes_no_cut() {
+    let with = format!("{BEGIN}G131 F1000. J1 E0.010\n{LONG_CUT}G130\nM02\n");
+    let without = format!("{BEGIN}{LONG_CUT}M02\n");
+    let [with, without] = [with, without].map(|text| compensated(None, &text).expect("a program").0);
+    let [with, without] = [with, without].map(|text| {
+        text.lines().filter(|line| !line.starts_with("G13")).map(str::to_owned).collect::<Vec<_>>()
+    });
+    assert_eq!(with, without);
 }

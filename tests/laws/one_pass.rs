@@ -14,13 +14,13 @@ use trunnion::kinematics::Setup;
 use trunnion::machine::{LocationError, Machine, Tool};
 use trunnion::motion::MotionKind;
 use trunnion::process::{
-    BlockChange, CcParameters, CcStep, CompensationParameters, CompensationReport, ContactSource, Fault,
-    MemorySpool, NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter,
+    CcParameters, CcStep, CompensationParameters, CompensationReport, ContactSource, Fault, MemoryStepStore,
+    MotionChange, NotModelledKind, ServoStep, SimulationParameters, WearParameters, WearStep, WornCutter,
     compensate, compensate_program, compensate_wear, simulate,
 };
 use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::units::Length;
-use trunnion::wear::OneAfterAnother;
 
 use super::compensation::witness;
 use crate::models::displaced::{errors, with_errors};
@@ -68,7 +68,7 @@ fn cc_step(part: &Finishing, tolerance_um: f64) -> CcStep {
     CcStep { tolerance: Length::from_um(tolerance_um), ..CcStep::new(part.tool) }
 }
 
-pub(crate) type Outcome = (String, CompensationReport, Vec<BlockChange>);
+pub(crate) type Outcome = (String, CompensationReport, Vec<MotionChange>);
 
 pub(crate) fn run(
     machine: &Machine,
@@ -76,7 +76,7 @@ pub(crate) fn run(
     text: &str,
 ) -> Result<Outcome, Fault> {
     let (mut output, mut changes) = (Vec::new(), Vec::new());
-    let (source, spool) = (text.as_bytes().to_vec(), MemorySpool::default());
+    let (source, spool) = (text.as_bytes().to_vec(), MemoryStepStore::default());
     let go_on = || ControlFlow::Continue(());
     let report = compensate_program(
         machine,
@@ -328,6 +328,43 @@ fn nothing_to_do_gives_the_bytes_back_and_nothing_asked_is_refused() {
     }
 }
 
+#[test]
+fn a_later_step_hides_nothing_of_an_earlier_one() {
+    for part in parts(tool(5.0, 5.0)) {
+        let machine = with_errors(&part.machine, errors());
+        let text = part.program(Form::Plain, FeedForm::PerMinute);
+        let contact = ContactSource::FeedPlane;
+        let moving = CompensationParameters {
+            wear: Some(WearStep { contact, ..wear_step(&part, tool(4.8, 4.8)) }),
+            location_errors: true,
+            ..with_setup(part.setup)
+        };
+        let cc =
+            CompensationParameters { cc: Some(CcStep { contact, ..cc_step(&part, 4.0) }), ..moving.clone() };
+        let servo = CompensationParameters { servo: Some(ServoStep::new(drives())), ..cc.clone() };
+        let [(_, alone, first), (_, with_cc, then), (_, with_servo, last)] =
+            [&moving, &cc, &servo].map(|parameters| done(&machine, parameters, &text));
+        // The wear stays where the contact is only assumed, and the budget says so behind every step.
+        assert!(alone.budget.wear.after_mm > 0.0, "{}", part.name);
+        for (report, changes) in [(&with_cc, &then), (&with_servo, &last)] {
+            for (moved, later) in [
+                (alone.budget.wear.before_mm, report.budget.wear.before_mm),
+                (alone.budget.wear.after_mm, report.budget.wear.after_mm),
+                (alone.budget.location_errors.before_mm, report.budget.location_errors.before_mm),
+                (alone.budget.location_errors.after_mm, report.budget.location_errors.after_mm),
+                (alone.budget.rounding.after_mm, report.budget.rounding.after_mm),
+            ] {
+                assert!((moved - later).abs() <= SINGLE * moved, "{}: {moved} {later}", part.name);
+            }
+            assert_eq!(first.len(), changes.len());
+            for (moved, later) in first.iter().zip(changes) {
+                let [moved, later] = [moved, later].map(|change| change.error.after.wear_mm);
+                assert!((moved - later).abs() <= SINGLE * moved, "{}: {moved} {later}", part.name);
+            }
+        }
+    }
+}
+
 fn drives() -> DriveSet {
     let mut drives = DriveSet::default();
     for axis in [AxisLetter::X, AxisLetter::Y, AxisLetter::Z] {
@@ -380,7 +417,7 @@ fn servo_lag_is_that_of_the_written_program_by_lines_of_the_upload() {
         assert_eq!(plain.error.after.servo_mm, 0.0);
     }
     assert_eq!(plain_report.cc, report.cc);
-    let sum = |change: &BlockChange| change.error.after.sum_mm();
+    let sum = |change: &MotionChange| change.error.after.sum_mm();
     let largest = changes.iter().map(sum).fold(0.0, f64::max);
     assert!((report.budget.sum.after_mm - largest).abs() < 1e-12);
     assert!(
@@ -475,7 +512,7 @@ fn the_stop_signal_is_heard_in_every_step() {
             let stops = asked.fetch_add(1, Ordering::Relaxed) >= calls;
             if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        let (spool, mut output) = (MemorySpool::default(), Vec::new());
+        let (spool, mut output) = (MemoryStepStore::default(), Vec::new());
         let sides = &OneAfterAnother;
         let result =
             compensate_program(&machine, &parameters, &text, &spool, &mut output, &mut (), sides, &stop);

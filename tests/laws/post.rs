@@ -226,7 +226,7 @@ fn opening(machine: &Machine, form: PostForm, text: &str) -> Vec<String> {
 fn the_first_approach_turns_the_table_alone_and_comes_along_the_tool_last() {
     let upright =
         "SPINDL/RPM,900,CLW\nMULTAX/ON\nRAPID\nGOTO/10,20,5,0,0,1\nFEDRAT/100,MMPM\nGOTO/15,20,5,0,0,1\n";
-    let retract = "(RETRACT THE TOOL BEFORE THE START: WHERE THE MACHINE STANDS IS NOT KNOWN)";
+    let retract = "(RETRACT THE TOOL BEFORE THE START. THE START POSITION IS NOT KNOWN)";
     let order = "(A C TURN FIRST AND ALONE, THEN X Y MOVE, Z COMES LAST)";
     let tcp = opening(&ac_machine(), PostForm::Tcp, upright);
     let start = ["%", "G21 G17 G90 G40 G80 G94", "G54", "S900 M3", retract, order, "G0 A0.0000 C0.0000"];

@@ -8,8 +8,8 @@ use trunnion::process::{
     CcParameters, ContactSource, Fault, OutputForm, Stop, WearParameters, WornCutter, compensate,
     compensate_side_by_side, compensate_wear, compensate_wear_side_by_side,
 };
+use trunnion::side_by_side::SideBySide;
 use trunnion::units::Length;
-use trunnion::wear::SideBySide;
 
 use crate::models::finishing::{ac_machine, tool};
 use crate::models::set_ups::at_zero;

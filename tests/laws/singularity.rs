@@ -7,11 +7,11 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, SingularityKind};
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{
-    CcParameters, Fault, LeftReason, MemorySpool, RegionTreatment, SingularityAction, SingularityParameters,
-    SingularityReport, compensate, treat_and_compensate, treat_singular_regions,
+    CcParameters, Fault, LeftReason, MemoryStepStore, RegionTreatment, SingularityAction,
+    SingularityParameters, SingularityReport, compensate, treat_and_compensate, treat_singular_regions,
 };
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::units::{Angle, Feedrate, Length};
-use trunnion::wear::OneAfterAnother;
 
 use crate::models::axes_witness::{Axes, Move, angle_deg, off_line, on_circle};
 use crate::models::finishing::{self, FeedForm, Form, ac_machine, dome_near_pole};
@@ -392,7 +392,7 @@ fn treated_and_compensated_in_one_is_one_after_the_other_with_the_lines_of_the_u
             &parameters,
             &singularity,
             &pass.text.clone().into_bytes(),
-            &MemorySpool::default(),
+            &MemoryStepStore::default(),
             &mut at_once,
             &OneAfterAnother,
             &go_on,

@@ -9,9 +9,9 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::{Kinematics, Setup, ToolPose};
 use trunnion::machine::{Machine, Tool};
 use trunnion::process::{Verification, VerificationParameters, verify_part};
+use trunnion::side_by_side::{OneAfterAnother, SideBySide};
 use trunnion::surface::SurfacePoint;
 use trunnion::units::Length;
-use trunnion::wear::{OneAfterAnother, SideBySide};
 
 use super::machines::{direction, preset_machine, vector};
 use crate::models::set_ups::at_zero;

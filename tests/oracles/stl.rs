@@ -90,6 +90,9 @@ fn what_is_no_whole_file_is_refused_with_its_numbers() {
     assert!(matches!(stl_fault(&promise[..]), StlFault::Truncated { stated: MAX_FACETS, facets: 0 }));
     promise.truncate(80);
     promise.extend(u32::MAX.to_le_bytes());
+    // a short file is not complete, whatever it promises; a long one is refused before it is read
+    assert!(matches!(stl_fault(&promise[..]), StlFault::Truncated { stated: u32::MAX, facets: 0 }));
+    promise.resize(1 << 16, 0);
     assert!(matches!(stl_fault(&promise[..]), StlFault::TooManyFacets { facets: 4_294_967_295, .. }));
     assert!(matches!(stl_fault(&b""[..]), StlFault::NotStl));
     assert!(matches!(stl_fault(&b"{\"solid\": true}"[..]), StlFault::NotStl));

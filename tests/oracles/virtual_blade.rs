@@ -9,9 +9,9 @@ use trunnion::machine::Tool;
 use trunnion::process::{
     ContactSource, VerificationParameters, WearParameters, WornCutter, compensate_wear, verify_part,
 };
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::surface::{Blade, BladeSizes, ParametricSurface, SurfacePoint};
 use trunnion::units::Length;
-use trunnion::wear::OneAfterAnother;
 
 use crate::finishing::ac_machine;
 use crate::set_ups::{at_zero, in_mm};

@@ -9,9 +9,10 @@ use trunnion::geometry::Vec3;
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{Fault, Verification, VerificationFault, VerificationParameters, verify_part};
+use trunnion::side_by_side::OneAfterAnother;
 use trunnion::surface::SurfacePoint;
 use trunnion::units::{Angle, Length};
-use trunnion::wear::{OneAfterAnother, Surface, effective_radius, scallop_height};
+use trunnion::wear::{Surface, effective_radius, scallop_height};
 
 /// Words in the programs here have nine decimals, and entries are found to 3e-8 mm along needles that meet the cutter's
 /// surface at no less than 30° [mm].
@@ -498,7 +499,7 @@ fn what_cannot_be_followed_is_left_out_and_counted() {
     assert_eq!(found, [("position_unknown", 1, 2), ("arc", 2, 4), ("not_followed", 1, 8)]);
     // of the arcs the first one's reason
     let short =
-        "an arc whose course is not known: its radius of 2.0000 mm is 1.5355 mm less than half its chord";
+        "an arc whose path is not known: its radius of 2.0000 mm is 1.5355 mm less than half its chord";
     assert_eq!(verification.left_out[1].reason.text(), short);
     assert_eq!(verification.motions.total(), 3);
     let nothing =
@@ -523,7 +524,7 @@ fn an_arc_that_is_left_out_says_why() {
         let verification = verify(tool(5.0, 5.0), &samples, &text);
         let last = verification.left_out.last().expect("left out");
         assert_eq!((last.reason.name(), last.count), ("arc", 1), "{arc}");
-        assert_eq!(last.reason.text(), format!("an arc whose course is not known: {why}"), "{arc}");
+        assert_eq!(last.reason.text(), format!("an arc whose path is not known: {why}"), "{arc}");
     }
 }
 

@@ -22,10 +22,10 @@ use trunnion::jobs::{
     ProgramJob, ProgramWork, Refusal, RefusalClass, Sizes, Sources, ToolShelf, timestamp,
 };
 use trunnion::machine::Machine;
-use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, Spool, Stop};
+use trunnion::process::{self, ProgramReading, ProgramSource, SingularityParameters, StepStore, Stop};
 use trunnion::program::{self, Steps};
+use trunnion::side_by_side::SideBySide;
 use trunnion::store::{Actor, JobRow, Taken};
-use trunnion::wear::SideBySide;
 use trunnion::wire::{
     AuditOrigin, CcFindings, CcParameters, CcReport, Contact, DeviationSeries, DeviationSummary, Dialect,
     Interpolation, JobOperation, MachineDocument,
@@ -176,7 +176,7 @@ impl Compensator for Capitals {
         _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
         output: &mut dyn Write,
-        _spool: &dyn Spool,
+        _spool: &dyn StepStore,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,
     ) -> Result<Compensated, CompensatorFault> {

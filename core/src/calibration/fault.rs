@@ -31,7 +31,7 @@ pub enum RunFault {
         max_mm: f64,
     },
     /// The instrument's uncertainty is negative or not plausible.
-    #[error("the instrument's uncertainty {} um is not between 0 and {} um", value_mm * UM_PER_MM, max_mm * UM_PER_MM)]
+    #[error("the instrument's uncertainty {} µm is not between 0 and {} µm", value_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     InstrumentUncertainty {
         /// The uncertainty given \[mm\].
         value_mm: f64,
@@ -39,7 +39,7 @@ pub enum RunFault {
         max_mm: f64,
     },
     /// A component of the set-up error is not plausible.
-    #[error("a set-up error of {} um is not between -{} and {} um", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
+    #[error("a set-up error of {} µm is not between -{} and {} µm", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     SetupError {
         /// 0 `e_xs`, 1 `e_ys`.
         component: usize,
@@ -91,7 +91,7 @@ pub enum RunFault {
         max: f64,
     },
     /// An eccentricity too large.
-    #[error("an eccentricity of {} um is not between -{} and {} um", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
+    #[error("an eccentricity of {} µm is not between -{} and {} µm", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     Eccentricity {
         /// The test.
         test: usize,
@@ -115,7 +115,7 @@ pub enum RunFault {
         angle_deg: f64,
     },
     /// A change of length beyond the range of any bar.
-    #[error("a change of length of {} um is not between -{} and {} um: a bar measures about 1 mm either way", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
+    #[error("a change of length of {} µm is not between -{} and {} µm: a bar measures about 1 mm either way", value_mm * UM_PER_MM, max_mm * UM_PER_MM, max_mm * UM_PER_MM)]
     LengthChange {
         /// The test.
         test: Option<usize>,

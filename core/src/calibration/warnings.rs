@@ -57,7 +57,7 @@ pub enum RunWarning {
         /// Number of readings.
         readings: usize,
     },
-    /// So many readings of a test were left out that the others may be the wrong ones.
+    /// Many readings of a test were left out, so the others may be the wrong ones.
     ManyOutliers {
         /// The test.
         test: usize,

@@ -169,7 +169,7 @@ pub fn sample_until_sure(block: &SourceBlock<'_>, segment: &Segment, tolerance_m
 }
 
 /// Whether a segment keeps within `tolerance_mm` everywhere: `Ok` with the result, proven by the curvature bound
-/// (or by halving the steps if there is none); `Err` with the largest deviation seen.
+/// (or by halving the steps if no bound is known); `Err` with the largest deviation seen.
 ///
 /// # Errors
 /// The measurement of a segment that exceeds the tolerance, or that cannot be proven within 1024 steps.

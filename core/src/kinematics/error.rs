@@ -43,7 +43,9 @@ pub enum InverseError {
     },
     /// Each pose has joints within travel, but none can follow those of the pose before: the held axis at the
     /// pole cannot stay within travel.
-    #[error("pose {pose}: no joints within travel can follow those of the pose before")]
+    #[error(
+        "pose {pose}: no axis positions within the travel can follow those of the pose before; change the poses or the limits of the axes"
+    )]
     NoWay {
         /// Index of the pose.
         pose: usize,

@@ -17,6 +17,8 @@ enum Group {
     Plane,
     Compensation,
     ToolLength,
+    /// G53 to G56 of OSP.
+    LengthAxis,
     WorkOffset,
     Transformation(Transformation),
 }
@@ -29,9 +31,15 @@ enum State {
     Number(u8),
 }
 
+/// No tool length, among the axes of a tool length.
+const NO_AXIS: u8 = u8::MAX;
+
 /// The group of a code, and the state that the code puts in force.
 fn state_of(meaning: Meaning, code: Code) -> Option<(Group, State)> {
     let number = |on: bool| State::Number(u8::from(on));
+    if let Meaning::LengthAlong(axis) = meaning {
+        return Some((Group::LengthAxis, State::Number(axis.unwrap_or(NO_AXIS))));
+    }
     if let Some(length) = meaning.tool_length() {
         return Some((Group::ToolLength, State::Number(length as u8)));
     }
@@ -101,6 +109,11 @@ impl Interpreter {
                 self.lose_tool_length();
                 self.position.forget_tool_axis();
                 self.modal.kinematics_switched = before.kinematics_switched;
+            }
+            Group::LengthAxis => {
+                self.modal.length_number = None;
+                self.position.forget_linear();
+                self.set_transformation(Transformation::ToolAxis, None);
             }
             Group::WorkOffset => self.set_work_offset(None),
             Group::Transformation(which) => {

@@ -157,7 +157,7 @@ impl Interpreter {
                 let code = DiagnosticCode::Call { text };
                 diagnostics.push(at_bytes(batch, block, block.start, block.body_end, code));
                 self.opaque(index, block, Unfollowable::Call, motions);
-                self.forget_all();
+                self.lose_state();
             }
             Some(Action::Unknown) => {
                 let odd = batch.words(block).iter().find(|word| self.is_unknown(word));
@@ -169,9 +169,15 @@ impl Interpreter {
                 // It may have been the motion to which RAPID or CIRCLE applies.
                 self.modal.next_motion = None;
                 self.opaque(index, block, Unfollowable::UnknownCode, motions);
-                self.forget_all();
+                self.lose_state();
             }
         }
+    }
+
+    /// After a call, or a code that is not known.
+    pub(super) fn lose_state(&mut self) {
+        self.modal.is_lost |= self.rules.unknown_is_final;
+        self.forget_all();
     }
 
     /// M99: the program continues somewhere else. The block is one opaque motion, whatever else it does.

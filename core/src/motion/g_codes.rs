@@ -195,7 +195,11 @@ impl Interpreter {
                 self.modal.kinematics_switched = false;
             }
             Meaning::LengthAlong(axis) => self.take_length_along(axis),
-            Meaning::OffsetByH => self.set_work_offset(self.number_of(Address::H).map(WorkOffset::by_h)),
+            // H0 is the machine's zero, which is no work offset.
+            Meaning::OffsetByH => {
+                let number = self.number_of(Address::H).filter(|number| *number > 0);
+                self.set_work_offset(number.map(WorkOffset::by_h));
+            }
             Meaning::WorkOffset(code) => self.select_offset(code, None),
             Meaning::WorkOffsetByP(code) => self.select_offset(code, Some(Address::P)),
             Meaning::ModeByP(mode) => self.set_mode_by_p(mode),

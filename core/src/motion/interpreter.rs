@@ -185,7 +185,7 @@ impl Interpreter {
                 diagnostics.push(at_block(batch, block, DiagnosticCode::Call { text }));
                 self.block.gather(&[]);
                 self.opaque(index, block, Unfollowable::Call, motions);
-                self.forget_all();
+                self.lose_state();
             }
             BlockKind::Flow => {
                 let text = excerpt(batch, block);

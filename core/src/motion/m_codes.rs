@@ -2,6 +2,7 @@
 
 use super::interpreter::Interpreter;
 use super::meaning::MFunction;
+use super::modal::Transformation;
 
 impl Interpreter {
     /// Whether the program ends here, and whether something is called.
@@ -38,7 +39,16 @@ impl Interpreter {
                 MFunction::Feed(mode) => self.modal.count_feed(Some(mode)),
                 MFunction::ForgetRotary => self.position.forget_rotary_words(),
                 MFunction::Elsewhere => self.this_block.moves_elsewhere = true,
-                MFunction::RestoresModes => self.block.odd_code = true,
+                MFunction::Unknown => self.block.odd_code = true,
+                MFunction::OtherSpindle => {
+                    self.position.forget_linear();
+                    self.modal.spindle.forget();
+                    self.modal.edge = None;
+                }
+                MFunction::TurnsHead => {
+                    self.position.forget_linear();
+                    self.transform(Transformation::ToolAxis, true);
+                }
                 MFunction::ExtruderAbsolute => self.modal.relative_extruder = false,
                 MFunction::ExtruderRelative => self.modal.relative_extruder = true,
             }

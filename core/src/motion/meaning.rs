@@ -37,8 +37,12 @@ pub(super) enum MFunction {
     ForgetRotary,
     /// Moves axes that are not named.
     Elsewhere,
-    /// Modes go back to what another code kept, or this is a code of the machine's builder.
-    RestoresModes,
+    /// Another spindle, with a tool that the text does not name.
+    OtherSpindle,
+    /// The tool points along another axis, until a code of its length names the axis.
+    TurnsHead,
+    /// It changes modes, or the way to a position, and the text does not say how.
+    Unknown,
 }
 
 /// The meaning of a statement word, beyond the meanings of codes.

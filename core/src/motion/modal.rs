@@ -122,6 +122,8 @@ pub(super) struct Modal {
     pub(super) shortest_path: bool,
     /// M116: F of rotary axes counts millimetres along a circle that the text does not state.
     pub(super) rotary_feed_in_mm: bool,
+    /// A call or a code that is not known may have changed what no code states again.
+    pub(super) is_lost: bool,
     /// How the next point of a cutter location program is reached.
     pub(super) next_motion: Option<MotionMode>,
     /// The program's points are points of a cycle.
@@ -150,6 +152,7 @@ impl Modal {
         work_offset: Some(WorkOffset::Unnamed),
         spindle: Spindle::START,
         shifts: 0,
+        is_lost: false,
         program_offset_mm: Some([0.0; 3]),
         edge: None,
         length_number: None,
@@ -274,7 +277,8 @@ impl Modal {
             rounds_corners,
             vectors_in_machine,
             exact_stop,
-            rotary_feed_in_mm
+            rotary_feed_in_mm,
+            is_lost
         )
     }
 
@@ -310,6 +314,7 @@ impl Modal {
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,
             relative_extruder: self.relative_extruder || skipped.relative_extruder,
             exact_stop: self.exact_stop || skipped.exact_stop,
+            is_lost: self.is_lost || skipped.is_lost,
             feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
             datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
             shortest_path: self.shortest_path || skipped.shortest_path,
@@ -320,6 +325,9 @@ impl Modal {
     /// Why no motion can be followed in this state, whatever the motion.
     pub(super) fn obstacle(&self) -> Option<Unfollowable> {
         let unknown = |group| Some(Unfollowable::ModeUnknown { group });
+        if self.is_lost {
+            return Some(Unfollowable::StateLost);
+        }
         if self.macro_call != Some(false) {
             return Some(Unfollowable::ModalCall);
         }

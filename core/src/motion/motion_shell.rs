@@ -61,7 +61,7 @@ impl Interpreter {
         *most
     }
 
-    /// What the arc at hand hangs on.
+    /// The values that the current arc depends on.
     fn arc_course(&self) -> ArcCourse {
         // `I=AC(…)` does not move with the ends.
         let centre_stands = self.block.absolute & CENTRE != 0;

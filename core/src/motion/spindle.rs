@@ -330,6 +330,11 @@ impl Spindle {
         }
     }
 
+    /// The tool in the spindle is not known from here on.
+    pub(super) fn forget(&mut self) {
+        self.hold(None);
+    }
+
     /// The values that are the same whether a block was executed or skipped.
     pub(super) fn common(&self, skipped: &Self) -> Self {
         if self == skipped {

@@ -121,6 +121,9 @@ impl Interpreter {
         let block = &self.block;
         let corner_before = std::mem::replace(&mut self.corner_open, block.comma != 0);
         let mut reason = corner_before.then_some(Unfollowable::Corner);
+        if block.has(Address::E) && !self.rules.has_extruder {
+            reason = Some(Unfollowable::ControlWord);
+        }
         if kind != MotionKind::Arc && block.present & (I | J | K | R) != 0 {
             reason = Some(match block.present {
                 present if present & R != 0 => Unfollowable::Corner,
@@ -253,7 +256,7 @@ impl Interpreter {
                 }
             }
         }
-        if !block.has(Address::E) {
+        if !block.has(Address::E) || !self.rules.has_extruder {
             return None;
         }
         self.position.extra_decimals = block.decimals[Address::E.index()];

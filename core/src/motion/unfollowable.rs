@@ -34,10 +34,12 @@ impl ModalGroup {
             Self::Plane => "G17 G18 G19",
             Self::Distance => "G90 G91",
             Self::Units => "G20 G21",
-            Self::FeedMode => "G93 G94 G95",
+            Self::FeedMode => "G93 G94 G95 (OSP: G94 G95)",
             Self::CutterCompensation => "G40 G41 G42 (R0 RL RR)",
-            Self::ToolLength => "G43 G43.4 G49 (M128 M129, TRAORI TRAFOOF)",
-            Self::Transformation => "G69 G50 G50.1 G15 G13.1 (PLANE RESET, cycles 8 10 11 19)",
+            Self::ToolLength => "G43 G43.4 G49 (M128 M129, TRAORI TRAFOOF, OSP: G169 G170)",
+            Self::Transformation => {
+                "G69 G50 G50.1 G15 G13.1 (PLANE RESET, cycles 8 10 11 19, OSP: G10 G50 G56)"
+            }
         }
     }
 }
@@ -94,7 +96,7 @@ pub enum Unfollowable {
     #[error("an M code switches the kinematics; state the interpolation")]
     KinematicsSwitched,
     /// I, J or K in a straight motion.
-    #[error("a straight motion has the word {address}")]
+    #[error("a straight motion has the word {address}, whose effect is not known")]
     VectorWord {
         /// Address of the word.
         address: Address,
@@ -134,6 +136,11 @@ pub enum Unfollowable {
     /// A G code that is not known, or not known as a motion.
     #[error("a code in the block is not known")]
     UnknownCode,
+    /// A code that is not known, or a call, on a control where no code states again everything that it may have changed.
+    #[error(
+        "a call or a code before this motion is not known, and it may have changed what no later code states again; remove the line if the machine does not need it, or post the program without it"
+    )]
+    StateLost,
     /// A modal macro (G66) runs at every motion.
     #[error("a macro is called at every motion")]
     ModalCall,

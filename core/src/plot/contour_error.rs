@@ -13,7 +13,7 @@ use super::style::{
 pub struct ContourPoint {
     /// Time from the start \[s\].
     pub time_s: f64,
-    /// Line of the program; 0 if there is none.
+    /// Line of the program; 0 for a path without a program.
     pub line: u64,
     /// Contour error \[µm\].
     pub contour_um: f64,

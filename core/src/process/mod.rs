@@ -33,7 +33,7 @@ pub use one_pass::{
     CompensationParameters, CompensationReport, ErrorBudget, LocationErrorReport, NotModelled,
     NotModelledKind, ServoStep, WearStep, compensate_program, treat_and_compensate,
 };
-pub use pipeline::{BlockChange, BlockError, DeviationSummary, ErrorShares, Series, SeriesPoint};
+pub use pipeline::{DeviationSummary, ErrorShares, MotionChange, MotionError, Series, SeriesPoint};
 pub use post::{PostForm, PostParameters, PostReport, post};
 pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, Stop, ToolTable, Tools};
 pub use simulate::{ProgramSimulation, SimulationParameters, simulate};
@@ -41,7 +41,7 @@ pub use singular::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
     SingularityParameters, SingularityReport, treat_singular_regions,
 };
-pub use text::{MemorySpool, OffsetUse, Place, ProgramReading, ProgramSource, Spool, ToolUse};
+pub use text::{MemoryStepStore, OffsetUse, Place, ProgramReading, ProgramSource, StepStore, ToolUse};
 pub use virtual_cutting::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
     VerificationParameters, verify_part,

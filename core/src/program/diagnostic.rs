@@ -90,6 +90,14 @@ pub enum DiagnosticCode {
         /// From the first byte that is not part of a word on.
         text: Excerpt,
     },
+    /// A line of an OSP program that continues the block before it.
+    #[error(
+        "`{text}`: a line that begins with `$` continues the block before it; write each block on one line"
+    )]
+    LineContinues {
+        /// The line.
+        text: Excerpt,
+    },
     /// A bracket or a name that is never closed.
     #[error("`{text}` is not closed on its line; add the closing bracket or quotation mark")]
     Unclosed {
@@ -238,7 +246,9 @@ impl DiagnosticCode {
         match self {
             Self::MissingNumber { .. } => "missing_number",
             Self::Exponent { .. } => "exponent",
-            Self::UnexpectedText { .. } | Self::StatementNotRead { .. } => "unexpected_text",
+            Self::UnexpectedText { .. } | Self::StatementNotRead { .. } | Self::LineContinues { .. } => {
+                "unexpected_text"
+            }
             Self::Unclosed { .. } => "unclosed",
             Self::NestedComment { .. } => "nested_comment",
             Self::Undefined { .. } => "undefined_value",

@@ -17,7 +17,7 @@ pub enum ReadFault {
     },
     /// A dialect that the service recognises but does not read.
     #[error(
-        "line {line}: the program is written for {dialect}, a dialect that is not supported; post it as ISO G-code, for Sinumerik 840D or as Heidenhain conversational"
+        "line {line}: the program is written for {dialect}, a dialect that is not supported; post it as ISO G-code, or for Sinumerik 840D, Heidenhain conversational or Okuma OSP"
     )]
     UnsupportedDialect {
         /// 1-based line that shows the dialect.

@@ -76,7 +76,9 @@ pub enum ServoFault {
         samples: usize,
     },
     /// No gain keeps the required margins.
-    #[error("not even a position gain of {smallest_per_s} 1/s on every axis keeps these margins")]
+    #[error(
+        "not even a position gain of {smallest_per_s} 1/s on every axis keeps these margins; request smaller margins"
+    )]
     NoGainWithinMargins {
         /// The smallest tried \[1/s\].
         smallest_per_s: f64,

@@ -62,7 +62,7 @@ impl Blade {
     ///
     /// # Errors
     /// Lengths not in [0.001, 10 000] mm, camber or twist beyond ±90°, an edge thicker than the blade, a profile
-    /// steeper than 0.7, a camber line that folds the hollow side. All faults are reported together, as far as they
+    /// steeper than 0.7, a camber line that folds the concave side. All faults are reported together, as far as they
     /// can be found.
     pub fn new(root_mm: Vec3, sizes: BladeSizes) -> Result<Self, Vec<SurfaceFault>> {
         let mut check = SizeCheck::default();

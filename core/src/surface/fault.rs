@@ -85,7 +85,7 @@ pub enum SurfaceFault {
     },
     /// The camber line is bent so much that the hollow side of the blade would fold.
     #[error(
-        "a camber line of radius {camber_radius_mm} mm folds the hollow side; the radius must be at least {min_mm} mm"
+        "a camber line of radius {camber_radius_mm} mm folds the concave side; the radius must be at least {min_mm} mm"
     )]
     CamberTooTight {
         /// Its radius \[mm\].

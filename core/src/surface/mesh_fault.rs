@@ -88,14 +88,14 @@ pub enum MeshFault {
         max_mm: f64,
     },
     /// No facet is left.
-    #[error("no facet has an area; {degenerate} facets are degenerate")]
+    #[error("no facet has an area; {degenerate} facets are degenerate; save the part again")]
     NoFacets {
         /// Facets without an area.
         degenerate: u64,
     },
     /// Neighbouring facets disagree about the outside.
     #[error(
-        "{edges} edges join facets of opposite orientation, the first from ({:.3}, {:.3}, {:.3}) to ({:.3}, {:.3}, {:.3}) mm",
+        "{edges} edges join facets of opposite orientation, the first from ({:.3}, {:.3}, {:.3}) to ({:.3}, {:.3}, {:.3}) mm; repair the orientation of the facets in the CAD system",
         from_mm.x, from_mm.y, from_mm.z, to_mm.x, to_mm.y, to_mm.z
     )]
     ContraryEdges {

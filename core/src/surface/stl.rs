@@ -62,6 +62,15 @@ impl<R: Read> StlReader<R> {
                 return Err(StlFault::TruncatedHeader { bytes });
             }
             if stated > MAX_FACETS {
+                // A short file with any bytes in place of the number is no large part.
+                let bytes = input.look(WINDOW_BYTES)?.len();
+                if bytes < WINDOW_BYTES {
+                    let facets = (bytes - STL_HEADER_BYTES) / FACET_BYTES;
+                    return Err(StlFault::Truncated {
+                        stated,
+                        facets: u32::try_from(facets).unwrap_or(u32::MAX),
+                    });
+                }
                 return Err(StlFault::TooManyFacets {
                     facets: u64::from(stated),
                     max: u64::from(MAX_FACETS),

@@ -33,7 +33,5 @@ pub use side_milling::side_milling_shift;
 pub use stated_contact::{StatedShift, StatedSide, end_milling_shift_at, side_milling_shift_at, stated_side};
 pub use surface::Surface;
 pub use tip_shift::{FlatContact, ShiftFault, TipShift};
-pub use virtual_cutting::{
-    CutCounts, CutLeave, NeedleBed, OneAfterAnother, Residual, SideBySide, SweepBatch,
-};
+pub use virtual_cutting::{CutCounts, CutLeave, NeedleBed, Residual, SweepBatch};
 pub use wear_table::{WearTable, WearTableFault};

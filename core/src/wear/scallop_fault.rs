@@ -42,7 +42,7 @@ pub enum ScallopFault {
     },
     /// Neighbouring passes leave a strip uncut between them (w > r).
     #[error(
-        "at a step-over of {stepover_mm} mm neighbouring passes do not meet; the limit is {max_stepover_mm} mm"
+        "at a step-over of {stepover_mm} mm neighbouring passes do not meet; the limit is {max_stepover_mm} mm; reduce the step-over"
     )]
     PassesDoNotMeet {
         /// D \[mm\].
@@ -52,7 +52,7 @@ pub enum ScallopFault {
     },
     /// A chord longer than the surface's diameter.
     #[error(
-        "a step-over of {stepover_mm} mm is longer than any chord of a surface of this radius; the limit is {max_stepover_mm} mm"
+        "a step-over of {stepover_mm} mm is longer than any chord of a surface of this radius; the limit is {max_stepover_mm} mm; reduce the step-over"
     )]
     NoChord {
         /// D \[mm\].

@@ -35,7 +35,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
             headers(
                 ("ETag" = String, description = "Tag of the content"),
                 ("Content-Disposition" = String, description = "File name"),
-                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked in a compensated program"),
+                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked, moved or computed again: the largest count of one step. 0 means none"),
             )),
         (status = 206, description = "The bytes that Range asks for", body = String, content_type = "text/plain",
             headers(("Content-Range" = String, description = "Position of the bytes, and total length"))),

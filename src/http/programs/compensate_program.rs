@@ -76,7 +76,7 @@ struct CompensationForm {
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the answer"),
                 ("Content-Disposition" = String, description = "File name of the program"),
-                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked; 0 means that nothing was checked"),
+                ("Trunnion-Motions-Checked" = i64, description = "Number of motions that were checked, moved or computed again: the largest count of one step. 0 means none"),
             )),
         Refusals,
     )

@@ -10,6 +10,7 @@ use crate::http::negotiate::choose;
 use crate::http::observation::{Readings, metrics_text};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
+use crate::meter;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
@@ -36,7 +37,7 @@ pub(super) async fn get_metrics(
     choose(&headers, &["text/plain"])?;
     let readings = Readings {
         abandoned: app.abandoned.get(),
-        resident_bytes: resident_bytes(),
+        resident_bytes: meter::resident_bytes(),
         uptime_s: app.began.elapsed().as_secs_f64(),
         // If the store does not answer, its values are missing.
         queue: app.queue.reading().await.ok(),
@@ -45,11 +46,4 @@ pub(super) async fn get_metrics(
     };
     let text = metrics_text(app.operations(), &readings, &app.security);
     Ok(([(CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8")], text).into_response())
-}
-
-/// Memory of this process \[bytes\], if the system reports it.
-fn resident_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? << 10)
 }

@@ -34,7 +34,7 @@ const RETRY: Duration = Duration::from_secs(1);
 pub struct DeliveriesReading {
     /// Webhooks that wait for delivery.
     pub waiting: i64,
-    /// Age of the oldest one \[s\]; 0 if there is none.
+    /// Age of the oldest one \[s\]; 0 if no message waits.
     pub oldest_s: f64,
 }
 

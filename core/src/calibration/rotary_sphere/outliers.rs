@@ -9,7 +9,7 @@ pub struct Outlier {
     pub reading: usize,
     /// Its distance from the fit of the others, without this reading and without outliers listed before it \[mm\].
     pub distance_mm: f64,
-    /// Upper bound on the probability that the worst of so many readings is that far off by chance.
+    /// Upper bound on the probability that chance alone moves the worst of these readings that far.
     pub probability: f64,
 }
 

@@ -47,7 +47,7 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
         960 | 970 | 980 | 1980 => MFunction::Call,
         60 | 610 => MFunction::ToolChange,
         // M72: RS274 controls restore the modes that M70 kept.
-        720 => MFunction::RestoresModes,
+        720 => MFunction::Unknown,
         820 => MFunction::ExtruderAbsolute,
         830 => MFunction::ExtruderRelative,
         code if KINEMATICS_SWITCHES.contains(&code) => MFunction::KinematicsSwitch,

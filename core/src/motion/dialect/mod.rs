@@ -56,6 +56,11 @@ pub(super) struct MotionRules {
     pub(super) first_offset: Option<WorkOffset>,
     /// How a program puts tools into the spindle.
     pub(super) tools: ToolRules,
+    /// E is the place of an extruder. Elsewhere it is a tolerance, a time or an angle of the spindle.
+    pub(super) has_extruder: bool,
+    /// After a call or a code that is not known, no code states again everything that it may have changed. All motions
+    /// after it are left unchanged.
+    pub(super) unknown_is_final: bool,
 }
 
 /// A statement that only moves.
@@ -120,6 +125,8 @@ impl MotionRules {
         two_codes_conflict: false,
         first_offset: None,
         tools: ToolRules::CHANGED_BY_M6,
+        has_extruder: true,
+        unknown_is_final: false,
     };
 
     /// The row of a dialect.

@@ -20,6 +20,8 @@ pub(super) const RULES: MotionRules = MotionRules {
     counts_points: true,
     two_codes_conflict: true,
     has_parallel_axes: true,
+    has_extruder: false,
+    unknown_is_final: true,
     tools: ToolRules { second_t_changes: true, ..ToolRules::CHANGED_BY_M6 },
     ..MotionRules::PLAIN
 };
@@ -37,17 +39,17 @@ const FEED: FeedRules = FeedRules {
 /// The meaning of a G code in tenths.
 fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
-        Compensation, EndCycle, EndRotation, EndScaling, ExactStop, ExactStopHere, Feed, Incremental,
-        LengthAlong, Motion, NoMotion, OffsetByH, OffsetByHHere, Plane, Reference, Shift, TipControlApart,
-        Transform, Units, Unknown,
+        Compensation, EndCycle, EndScaling, ExactStop, ExactStopHere, Feed, Incremental, LengthAlong, Motion,
+        NoMotion, OffsetByH, OffsetByHHere, Plane, Reference, Shift, TipControlApart, Transform, Units,
+        Unknown,
     };
     use MotionMode::{Arc, Cycle, Linear, Probing, Rapid};
     match tenths {
         0 => Motion(Rapid),
         10 => Motion(Linear),
         20 | 30 => Motion(Arc),
-        // A dwell, and the level to which cycles return.
-        40 | 710 => NoMotion,
+        // A dwell, the limits of the stroke, the level to which cycles return, and smoothing.
+        40 | 220 | 230 | 710 | 1300 | 1310 => NoMotion,
         90 => ExactStopHere,
         610 => ExactStop(true),
         640 => ExactStop(false),
@@ -72,8 +74,8 @@ fn g_meaning(tenths: u32) -> Meaning {
         540 => LengthAlong(Some(0)),
         550 => LengthAlong(Some(1)),
         560 => LengthAlong(Some(2)),
-        680 => Transform(Transformation::Rotation, true),
-        690 => EndRotation { names_axes: true },
+        // A frame in space. Sources differ in which of the two ends it, so neither does.
+        680 | 690 => Transform(Transformation::Rotation, true),
         730 | 740 | 760 | 810 | 820 | 830 | 840 | 850 | 860 | 870 | 880 | 890 => Motion(Cycle),
         800 => EndCycle,
         900 => Incremental(false),
@@ -86,11 +88,20 @@ fn g_meaning(tenths: u32) -> Meaning {
     }
 }
 
-/// The meaning of an M code in tenths. Codes of the machine's builder are assumed to leave the path unchanged.
+/// The meaning of an M code in tenths. Codes of the machine's builder are assumed to leave the path unchanged. The codes
+/// here are in the table of the control itself.
 fn m_function(tenths: u32) -> MFunction {
     match tenths {
         20 | 300 => MFunction::End,
         60 => MFunction::ToolChange,
+        // From one spindle or attachment to another.
+        660 | 670 | 700 | 710 | 770 | 1700 | 1710 | 1720 | 1730 | 1770 => MFunction::OtherSpindle,
+        // The head turns to a side, and the way in which it turns.
+        170 | 730 | 740 | 750 | 760 => MFunction::TurnsHead,
+        // Pallets, and places of the axis W.
+        600 | 1010..=1120 | 1600 | 1610 | 810..=850 | 1900..=1990 => MFunction::Elsewhere,
+        // The direction in which a rotary axis turns to its words. No code takes it back.
+        150 | 160 | 1150 | 1160 => MFunction::Unknown,
         _ => MFunction::Plain,
     }
 }
@@ -99,7 +110,9 @@ fn m_function(tenths: u32) -> MFunction {
 #[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 mod tests {
     use crate::machine::{Machine, Preset};
-    use crate::motion::{Interpolation, Interpreter, InterpreterOptions, Motion, Unfollowable, WorkOffset};
+    use crate::motion::{
+        CalledTool, Interpolation, Interpreter, InterpreterOptions, Motion, Unfollowable, WorkOffset,
+    };
     use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 
     fn run(text: &str) -> (Vec<Motion>, Diagnostics) {
@@ -171,6 +184,12 @@ mod tests {
         let all = motions(&format!("{BEGIN}G71 Z100.\nG1 X5. F100\n"));
         assert_eq!(all[2].end.unwrap().linear_mm, [5.0, 0.0, 50.0]);
         let all = motions(&format!("{BEGIN}G11 X5. P30.\nG1 X5. F100\nG10\nX0 Y0 Z0\nX1.\n"));
+        for frame in ["G68", "G69"] {
+            let all = motions(&format!(
+                "{BEGIN}{frame} X0 Y0 Z0 P30. Q0 R0\nG0 X5. Y0 Z5.\nG69\nG68\nX0 Y0 Z0\nX1.\n"
+            ));
+            assert!(all.iter().skip(2).all(|motion| motion.unfollowable.is_some()), "{frame}: {all:?}");
+        }
         assert_eq!(all[3].unfollowable, Some(Unfollowable::Transformation));
         assert_eq!(all[5].unfollowable, None);
         // Z may count in another way after W moves to another place.
@@ -186,6 +205,57 @@ mod tests {
         assert!(all[2].unfollowable.is_some() && all[2].end.is_none());
         assert_eq!((all[4].unfollowable, all[4].interpolation), (None, Interpolation::Tcp));
         assert_eq!(all[5].interpolation, Interpolation::Machine);
+    }
+
+    #[test]
+    fn nothing_is_followed_after_a_code_or_a_call_that_no_code_takes_back() {
+        let restated =
+            "G21 G90 G17 G94 G40 G10 G50\nG15 H1\nG56 H1\nG170 X0 Y0 Z50. A0 C0\nG0 X0 Y0 Z50. A0 C0\n";
+        for line in ["G62 X0", "G605", "CALL O100", "G1 X2. M16", "M115", "G0 C5. M15", "G445"] {
+            let (all, _) = run(&format!("{BEGIN}{line}\n{restated}G1 X1. C20. F100\n"));
+            assert_eq!(all.last().unwrap().unfollowable, Some(Unfollowable::StateLost), "{line}");
+        }
+        // Smoothing and limits of the stroke move nothing, and F of their block is no feed.
+        for line in ["G131 F1000. J1 E0.01", "G130", "G22 X100. Y100. Z100. I0 J0 K0", "G23"] {
+            let all = motions(&format!("{BEGIN}{line}\nG1 X1. A5. F100\n"));
+            assert_eq!((all.len(), all[2].unfollowable), (3, None), "{line}");
+            assert!(all[2].start.is_some() && all[2].end.is_some(), "{line}");
+        }
+    }
+
+    #[test]
+    fn the_control_s_own_m_codes_change_spindle_head_and_place() {
+        for code in ["M66", "M67", "M70", "M77", "M173"] {
+            let all = motions(&format!("{BEGIN}T2\n{code}\nG0 X0 Y0 Z50.\nG1 X1. F100\n"));
+            assert!(matches!(all[3].tool, CalledTool::Unknown(_)), "{code}: {:?}", all[3].tool);
+            assert_eq!(all[2].start, None, "{code}");
+        }
+        for code in ["M73", "M76", "M17"] {
+            let all =
+                motions(&format!("{BEGIN}{code}\nG0 X0 Y0 Z50.\nG56 H1\nG0 X0 Y0 Z50. A0 C0\nG1 X1. F100\n"));
+            assert_eq!(all[2].unfollowable, Some(Unfollowable::Transformation), "{code}");
+            assert_eq!((all[4].start.is_some(), all[4].unfollowable), (true, None), "{code}");
+        }
+        for code in ["M60", "M81", "M101", "M199"] {
+            let all = motions(&format!("{BEGIN}{code}\nG1 X1. F100\n"));
+            assert!(all.last().unwrap().start.is_none(), "{code}: the place is another one");
+        }
+    }
+
+    #[test]
+    fn the_machine_s_zero_is_no_work_offset_and_e_is_no_extruder() {
+        let all = motions(&format!(
+            "{BEGIN}G15 H0\nG0 X0 Y0 Z300. A0 C0\nG15 H1\nG0 X0 Y0 Z50. A0 C0\nG1 X1. F100\n"
+        ));
+        let offsets: Vec<_> = all.iter().skip(2).map(|motion| motion.work_offset).collect();
+        assert_eq!(offsets, [None, Some(WorkOffset::by_h(1)), Some(WorkOffset::by_h(1))]);
+        assert!(all[2].offset_changed && all[2].is_shifted);
+        let all = motions(&format!("{BEGIN}G1 X5. E3. F100\nX6.\n"));
+        assert_eq!((all[2].unfollowable, all[2].extra), (Some(Unfollowable::ControlWord), None));
+        assert_eq!(all[3].unfollowable, None);
+        // Two axes of the length in one block.
+        let all = motions(&format!("{BEGIN}G53 G56 Z5. H1\nG1 X1. F100\n"));
+        assert!(all.last().unwrap().unfollowable.is_some());
     }
 
     #[test]

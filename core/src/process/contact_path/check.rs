@@ -14,18 +14,16 @@ use crate::contact::{
     within_tolerance,
 };
 use crate::machine::Machine;
-use crate::motion::{
-    AxisWords, ContactWords, Extra, FeedMode, Interpolation, Motion, MotionKind, Unfollowable,
-};
+use crate::motion::{ContactWords, Motion, MotionKind};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::TIME_ROUNDING;
-use crate::process::pipeline::{Awaited, BeforeAfter, BlockChange, ReadBack, failed};
+use crate::process::pipeline::{
+    BeforeAfter, Expected, Meaning, MotionChange, Outgoing, ReadBack, SAME_WORD, StepCheck, failed,
+    same_words,
+};
 use crate::process::text::Stretch;
 use crate::program::Dialect;
 
-/// Words that are read back may differ by this from the planned ones, because inches and increments pass through
-/// binary fractions \[mm or deg\].
-const SAME_POSITION: f64 = 1e-7;
 /// The extruder word of a part may be rounded beyond the block's ends by this \[program units\].
 const SAME_EXTRA: f64 = 1e-3;
 /// A part is measured if a proof found at least this share of the largest deviation so far.
@@ -62,72 +60,6 @@ impl SourceMotion {
     }
 }
 
-/// The properties of a motion that must not change in a block that is left unchanged.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::process) struct Meaning {
-    line: u64,
-    kind: MotionKind,
-    interpolation: Interpolation,
-    unfollowable: Option<Unfollowable>,
-    offset_changed: bool,
-    feed_mode: Option<FeedMode>,
-    feed: Option<f64>,
-    contact: ContactWords,
-    extra: Option<Extra>,
-    incremental: bool,
-    exact_stop: bool,
-    mm_per_unit: f64,
-    start: Option<AxisWords>,
-    end: Option<AxisWords>,
-}
-
-impl Meaning {
-    pub(in crate::process) fn of(motion: &Motion) -> Self {
-        Self {
-            line: motion.line,
-            kind: motion.kind,
-            interpolation: motion.interpolation,
-            unfollowable: motion.unfollowable,
-            offset_changed: motion.offset_changed,
-            feed_mode: motion.feed.mode,
-            feed: stated_feed(motion),
-            contact: motion.contact,
-            extra: motion.extra,
-            incremental: motion.incremental,
-            exact_stop: motion.exact_stop,
-            mm_per_unit: motion.mm_per_unit,
-            start: motion.start,
-            end: motion.end,
-        }
-    }
-
-    /// Checks that a motion that was read back has this meaning, apart from its line.
-    pub(in crate::process) fn check(&self, read: &Motion) -> Result<(), Fault> {
-        if !same_words(read.start, self.start) || !same_words(read.end, self.end) {
-            return Err(failed(self.line, "a motion is not where it was planned"));
-        }
-        // A rapid has no feed of its own. The next block that uses the modal feed restores it.
-        let same_feed = self.kind == MotionKind::Rapid || stated_feed(read) == self.feed;
-        let same = same_feed
-            && read.kind == self.kind
-            && read.interpolation == self.interpolation
-            && read.unfollowable == self.unfollowable
-            && read.offset_changed == self.offset_changed
-            && read.feed.mode == self.feed_mode
-            && read.contact == self.contact
-            && read.extra == self.extra
-            && read.incremental == self.incremental
-            && read.exact_stop == self.exact_stop
-            && read.mm_per_unit.total_cmp(&self.mm_per_unit).is_eq();
-        if same { Ok(()) } else { Err(failed(self.line, "a motion changed its meaning or its feed")) }
-    }
-}
-
-/// F as written, if it states a feed.
-fn stated_feed(motion: &Motion) -> Option<f64> {
-    motion.feed.value.map(|_| motion.feed.raw)
-}
-
 /// A divided block with its plan.
 #[derive(Debug)]
 pub(in crate::process) struct DividedBlock<'a> {
@@ -138,7 +70,7 @@ pub(in crate::process) struct DividedBlock<'a> {
     pub(in crate::process) correction_mm: f64,
 }
 
-impl Awaited for ExpectedMotion<'_> {
+impl Expected for ExpectedMotion<'_> {
     fn line(&self) -> u64 {
         match self {
             Self::Same { motion, .. } => motion.line(),
@@ -173,9 +105,9 @@ impl Judged {
     }
 
     /// The outcome in the form that all steps of a program share.
-    pub(super) fn change(&self) -> BlockChange {
+    pub(super) fn change(&self) -> MotionChange {
         let [before_mm, after_mm] = self.deviation_mm;
-        let mut change = BlockChange::none(self.line, self.kind);
+        let mut change = MotionChange::none(self.line, self.kind);
         (change.cc_mm, change.blocks_out) = (self.correction_mm, self.parts);
         change.error.before.interpolation_mm = before_mm;
         change.error.after.interpolation_mm = after_mm;
@@ -207,6 +139,27 @@ pub(in crate::process) struct PathCheck<'a> {
     /// The outcomes of the motions read back, for the caller to collect.
     pub(in crate::process) judged: Vec<Judged>,
     pub(in crate::process) effort: Effort<'a>,
+}
+
+impl<'a> StepCheck for PathCheck<'a> {
+    type Expected = ExpectedMotion<'a>;
+    type Outcome = Judged;
+
+    fn read_back(&mut self) -> &mut ReadBack<ExpectedMotion<'a>> {
+        &mut self.read_back
+    }
+
+    fn compare(&mut self, of: &Stretch) -> Result<(), Fault> {
+        self.read(of)
+    }
+
+    fn take(&mut self, written: &mut Outgoing<ExpectedMotion<'a>>, of: &Stretch) -> Result<(), Fault> {
+        self.look_at(written, of)
+    }
+
+    fn outcomes(&mut self) -> &mut Vec<Judged> {
+        &mut self.judged
+    }
 }
 
 impl<'a> PathCheck<'a> {
@@ -369,7 +322,7 @@ impl<'a> PathCheck<'a> {
                 let start = whole.start.unwrap_or(whole.end);
                 let between = part.end >= start.min(whole.end) - SAME_EXTRA
                     && part.end <= start.max(whole.end) + SAME_EXTRA;
-                let ends = !last || (part.end - whole.end).abs() <= SAME_POSITION;
+                let ends = !last || (part.end - whole.end).abs() <= SAME_WORD;
                 if between && ends {
                     Ok(())
                 } else {
@@ -405,17 +358,8 @@ fn same_contact(a: ContactWords, b: ContactWords) -> bool {
     match (a, b) {
         (ContactWords::Point(a), ContactWords::Point(b))
         | (ContactWords::Normal(a), ContactWords::Normal(b)) => {
-            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_POSITION)
+            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_WORD)
         }
         (a, b) => a == b,
-    }
-}
-
-pub(in crate::process) fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_POSITION);
-    match (a, b) {
-        (None, None) => true,
-        (Some(a), Some(b)) => near(&a.linear_mm, &b.linear_mm) && near(&a.rotary_deg, &b.rotary_deg),
-        _ => false,
     }
 }

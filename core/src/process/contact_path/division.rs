@@ -12,6 +12,7 @@ use crate::contact::{
 use crate::machine::Machine;
 use crate::motion::{ContactWords, FeedMode, Motion};
 use crate::process::fault::LineFaultKind;
+use crate::process::pipeline::MIN_FEED;
 use crate::process::text::Survey;
 use crate::units::{Feedrate, UM_PER_MM};
 
@@ -19,8 +20,6 @@ use crate::units::{Feedrate, UM_PER_MM};
 const RESERVE: f64 = 2e-4;
 /// Largest number of parts of one block: two hundred seconds of two-millisecond steps.
 const MAX_PARTS: f64 = 100_000.0;
-/// Smallest F that is written, in the program's own unit.
-pub(in crate::process) const MIN_FEED: f64 = 1e-6;
 /// An F counts as at its limit if it exceeds it by no more than this share.
 const SAME_FEED: f64 = 1e-9;
 

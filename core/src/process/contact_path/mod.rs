@@ -8,18 +8,19 @@ mod judge;
 mod milestones;
 mod parameters;
 mod preparation;
-mod repair;
 mod report;
+mod step;
 mod untouched;
+mod work;
 mod write_division;
 
 pub use parameters::{CcParameters, OutputForm};
-pub use repair::{compensate, compensate_side_by_side};
 pub use report::CcReport;
+pub use step::{compensate, compensate_side_by_side};
 
-pub(in crate::process) use check::{DividedBlock, Meaning, PathCheck, same_words};
+pub(in crate::process) use check::{DividedBlock, PathCheck};
 pub(in crate::process) use contact_finder::ContactFinder;
-pub(in crate::process) use division::{Division, MIN_FEED, PartFeeds, is_too_fast, part_feeds, resolution};
+pub(in crate::process) use division::{Division, PartFeeds, is_too_fast, part_feeds, resolution};
 pub(in crate::process) use judge::{Checked, may_roll_over};
-pub(in crate::process) use repair::PathStep;
+pub(in crate::process) use step::PathStep;
 pub(in crate::process) use write_division::write_division;

@@ -54,9 +54,6 @@ impl CcParameters {
     /// Largest tolerance.
     pub const MAX_TOLERANCE: Length = Length::from_mm(10.0);
 
-    /// In a finishing pass the feed turns by a few degrees from block to block. At a link or a corner it turns by
-    /// more than this.
-    pub const PASS_BREAK_DEG: f64 = 15.0;
     /// Parts of a divided block run no faster than this number times the programmed feed. A higher speed comes from a
     /// contact that swings, not from the part.
     pub const FEED_TIMES: f64 = 10.0;
@@ -69,7 +66,7 @@ impl CcParameters {
             tool: tool.into(),
             tolerance: Length::from_mm(0.01),
             contact: ContactSource::Auto,
-            pass_break: Angle::from_deg(Self::PASS_BREAK_DEG),
+            pass_break: Angle::from_deg(ContactSource::PASS_BREAK_DEG),
             correction: Correction::Even,
             output: OutputForm::Minimal,
             program,

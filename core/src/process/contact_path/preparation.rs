@@ -33,6 +33,10 @@ impl Prepare for Preparation<'_> {
         }
     }
 
+    fn resolves_vectors(&self) -> bool {
+        true
+    }
+
     fn inventory(&self) -> &Inventory {
         &self.inventory
     }

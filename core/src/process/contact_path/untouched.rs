@@ -9,34 +9,15 @@
 //! of the run is both compared and read, because it shows where the statement before it ends and what it is.
 //! Everything else is read.
 
-use super::check::{ExpectedMotion, Judged, Meaning, PathCheck, SourceMotion};
+use super::check::{ExpectedMotion, Judged, PathCheck, SourceMotion};
 use crate::motion::Motion;
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Copied, Outgoing, StepCheck, failed};
-use crate::process::text::{Inventory, Passage, Stretch};
+use crate::process::pipeline::{Copied, Meaning, Outgoing, failed};
+use crate::process::text::{Passage, Stretch};
 use crate::program::Block;
 
 /// Shorter runs are read, because that costs less than finding their ends.
 const LEAST_RUN: usize = 4;
-
-impl<'a> StepCheck for PathCheck<'a> {
-    type Meant = ExpectedMotion<'a>;
-    type Became = Judged;
-
-    fn take(&mut self, written: &mut Outgoing<ExpectedMotion<'a>>, of: &Stretch) -> Result<(), Fault> {
-        self.look_at(written, of)
-    }
-
-    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.read_back.end();
-        self.read(&Stretch::default())?;
-        self.read_back.is_whole(source)
-    }
-
-    fn told(&mut self) -> &mut Vec<Judged> {
-        &mut self.judged
-    }
-}
 
 impl<'a> PathCheck<'a> {
     /// Checks this text of the output, which was written from this stretch.
@@ -46,7 +27,7 @@ impl<'a> PathCheck<'a> {
         stretch: &Stretch,
     ) -> Result<(), Fault> {
         let Outgoing { text, expected, copied } = written;
-        self.read_back.await_all(expected);
+        self.read_back.expect_all(expected);
         let mut fed = 0;
         for copied in copied.iter() {
             let Some(passage) = stretch.passages.get(copied.passage) else { continue };
@@ -129,7 +110,8 @@ impl<'a> PathCheck<'a> {
         for motion in motions {
             self.effort.pass(1);
             go_on(&self.effort)?;
-            let Some(ExpectedMotion::Same { motion: source, checked }) = self.read_back.take_awaited() else {
+            let Some(ExpectedMotion::Same { motion: source, checked }) = self.read_back.take_expected()
+            else {
                 return Err(failed(motion.line, "there is a motion too many"));
             };
             if source.line() != motion.line {
@@ -182,6 +164,7 @@ mod tests {
     use crate::contact::Effort;
     use crate::kinematics::Setup;
     use crate::machine::{Machine, Preset, Tool};
+    use crate::process::pipeline::StepCheck;
     use crate::process::set_up::ProgramSetup;
     use crate::process::text::Passages;
     use crate::program::Dialect;
@@ -278,7 +261,7 @@ mod tests {
         let mut passages = Passages::open(&source, &machine, &program)?;
         let mut stretch = Stretch::default();
         passages.fill(&mut stretch, &|| ControlFlow::Continue(()))?;
-        let (mut written, mut inventory) = (Outgoing::default(), Inventory::default());
+        let (mut written, mut inventory) = (Outgoing::default(), crate::process::text::Inventory::default());
         for (index, passage) in stretch.passages.iter().enumerate() {
             inventory.see(&passage.batch);
             written.copy((index, passage), 0, passage.batch.blocks().len());

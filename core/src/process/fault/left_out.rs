@@ -43,8 +43,8 @@ impl LeftOutReason {
         match self {
             Self::NotFollowed(reason) => format!("a motion that cannot be followed: {reason}"),
             Self::WorkOffsetChanged => "a motion under another work offset than the first".to_owned(),
-            Self::Arc => "an arc: the control decides how it runs along it".to_owned(),
-            Self::UnknownArc(why) => format!("an arc whose course is not known: {why}"),
+            Self::Arc => "an arc: the control decides how the tool moves along it".to_owned(),
+            Self::UnknownArc(why) => format!("an arc whose path is not known: {why}"),
             Self::PositionUnknown => "an axis whose position is not known".to_owned(),
             Self::OtherTool => "the tool in the spindle is not the one that `tool_number` names, or neither the request nor the machine's tool table describes it".to_owned(),
             Self::NoFeed => "no feed is known, or it is per spindle turn: give feed_mm_per_min".to_owned(),

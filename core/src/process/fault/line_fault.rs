@@ -125,7 +125,7 @@ pub enum LineFaultKind {
     OtherToolLength,
     /// A tool axis that the machine with its location errors does not reach.
     #[error(
-        "the machine with its location errors does not reach this tool axis: it is {tilt_deg}° from the rotary axis next to the workpiece; {min_deg}° to {max_deg}° can be reached"
+        "the machine with its location errors does not reach this tool axis: it is {tilt_deg}° from the rotary axis next to the workpiece; {min_deg}° to {max_deg}° can be reached. Change the tool axis in the CAM system"
     )]
     OutOfReach {
         /// Angle between the tool axis and the rotary axis next to the workpiece \[deg\].
@@ -144,7 +144,9 @@ pub enum LineFaultKind {
     )]
     OtherWorkOffset,
     /// A motion that has to move while not all five axes are known.
-    #[error("the motion has to move, but not all five axis positions are known here")]
+    #[error(
+        "the motion has to move, but not all five axis positions are known here: program all five axes before it, or state them in `start`"
+    )]
     PositionUnknown,
     /// The same, naming the axes.
     #[error(

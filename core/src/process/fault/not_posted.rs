@@ -28,7 +28,9 @@ pub enum NotPosted {
     )]
     FeedPerTurn,
     /// A feed, or an inverse time, outside every control's range.
-    #[error("the motion cannot be posted: it needs F{per_min:.0}, which no control accepts")]
+    #[error(
+        "the motion cannot be posted: it needs F{per_min:.0}, which no control accepts; lower the feed or move the points farther apart"
+    )]
     TooQuick {
         /// F \[mm/min, or 1/min in inverse time\].
         per_min: f64,

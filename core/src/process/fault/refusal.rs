@@ -142,7 +142,7 @@ pub enum Fault {
     },
     /// A contact source that does not give the contact of a worn cutter.
     #[error(
-        "contact `{contact}` does not tell where a worn cutter touches in {milling} milling: choose another contact source"
+        "contact `{contact}` does not show where a worn cutter touches in {milling} milling: choose another contact source"
     )]
     UnfitContact {
         /// The source.

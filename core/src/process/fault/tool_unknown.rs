@@ -41,7 +41,7 @@ pub enum ToolUnknown {
     },
     /// The program calls a tool, but its text does not tell which.
     #[error(
-        "missing: the program calls a tool, but its text does not tell which one. T may be an expression, a cutting edge other than D1 may be active, or a code or a subprogram may have changed the tool. Give {stated}, or name the tool in the machine's tool table by `tool_number`"
+        "missing: the program calls a tool, but its text does not show which tool. T may be an expression, a cutting edge other than D1 may be active, or a code or a subprogram may have changed the tool. Give {stated}, or name the tool in the machine's tool table by `tool_number`"
     )]
     NotTold {
         /// The request members that state a tool.

@@ -208,7 +208,7 @@ impl WarningKind {
                 "the tool is nearly parallel to the rotary axis next to the workpiece: that axis keeps its last correction, the other axis gets its best fit, and the tip stays exact"
             }
             Self::ControlCalibrated => {
-                "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are positions on the workpiece, so only rotary words were posted again"
+                "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are positions on the workpiece, so only rotary words were computed again"
             }
             Self::ToolUnknown => {
                 "the tool that cuts here is not known, while others are known. The motion is left unchanged. Put the tool into the machine's tool table (the report names it under resolved.tools)"

@@ -4,21 +4,21 @@
 use super::moves::Moves;
 use super::parameters::WearParameters;
 use super::pilot::MovedPoint;
-use super::posting::Largest;
+use super::recalibration::Largest;
 use super::worn_tool::WornTool;
 use super::written::Resolution;
 use crate::contact::{Sampled, Station};
 use crate::geometry::{Vec3, angle_between};
 use crate::machine::Machine;
 use crate::motion::{Motion, MotionKind};
-use crate::process::contact_path::Meaning;
+
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    Awaited, BeforeAfter, BlockChange, BlockError, DeviationTotals, ErrorShares, Outgoing, ReadBack,
+    BeforeAfter, DeviationTotals, ErrorShares, Expected, Meaning, MotionChange, MotionError, ReadBack,
     StepCheck, failed,
 };
 use crate::process::set_up::{SetUps, Stop};
-use crate::process::text::{Inventory, Stretch};
+use crate::process::text::Stretch;
 use crate::program::Dialect;
 use crate::units::Angle;
 
@@ -37,13 +37,13 @@ const ARITHMETIC_MM: f64 = 1e-7;
 pub(super) struct ExpectedEnd {
     /// The source's motion with the planned ends, contact words and F.
     pub(super) motion: Motion,
-    /// The point that was looked at. Its rotary words equal the source's to the bit, unless it was posted anew.
+    /// The point that was looked at. Its rotary words equal the source's to the bit, unless it was computed anew.
     pub(super) point: Option<MovedPoint>,
     /// How linear and rotary words were written.
     pub(super) resolutions: [Resolution; 2],
 }
 
-impl Awaited for ExpectedEnd {
+impl Expected for ExpectedEnd {
     fn line(&self) -> u64 {
         self.motion.line
     }
@@ -59,10 +59,10 @@ pub(super) struct EndsCheck<'a> {
     parameters: &'a WearParameters,
     moves: Moves<'a>,
     written: SetUps,
-    posts: bool,
+    recalibrates: bool,
     has_wear: bool,
-    /// The cutter of the current section, worn and nominal.
-    tool: WornTool,
+    /// The worn cutter of the current section. `None` without wear, and for a tool of which nothing is known.
+    worn: Option<WornTool>,
     read_back: ReadBack<ExpectedEnd>,
     /// The last contact of the source, if a motion at feed may continue from it.
     contact_mm: Option<Vec3>,
@@ -72,27 +72,23 @@ pub(super) struct EndsCheck<'a> {
     /// Angle between the tool axis that was read and the one meant \[rad\].
     pub(super) axis_left: Largest<Angle>,
     /// The outcomes of the motions read back, for the caller to collect.
-    changes: Vec<BlockChange>,
+    changes: Vec<MotionChange>,
     stop: &'a Stop<'a>,
 }
 
 impl StepCheck for EndsCheck<'_> {
-    type Meant = ExpectedEnd;
-    type Became = BlockChange;
+    type Expected = ExpectedEnd;
+    type Outcome = MotionChange;
 
-    fn take(&mut self, written: &mut Outgoing<ExpectedEnd>, _of: &Stretch) -> Result<(), Fault> {
-        self.read_back.await_all(&mut written.expected);
-        self.read_back.feed(&written.text);
+    fn read_back(&mut self) -> &mut ReadBack<ExpectedEnd> {
+        &mut self.read_back
+    }
+
+    fn compare(&mut self, _of: &Stretch) -> Result<(), Fault> {
         self.read()
     }
 
-    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.read_back.end();
-        self.read()?;
-        self.read_back.is_whole(source)
-    }
-
-    fn told(&mut self) -> &mut Vec<BlockChange> {
+    fn outcomes(&mut self) -> &mut Vec<MotionChange> {
         &mut self.changes
     }
 }
@@ -109,10 +105,10 @@ impl<'a> EndsCheck<'a> {
         Self {
             machine,
             parameters,
-            tool: moves.worn_tool(written.now.tool).unwrap_or(WornTool::NONE),
+            worn: moves.worn_tool(written.now.tool),
             moves: moves.clone(),
             written,
-            posts: moves.posts,
+            recalibrates: moves.recalibrates,
             has_wear: moves.has_wear,
             read_back: ReadBack::new(machine, dialect, &moves.source_program),
             contact_mm: None,
@@ -134,14 +130,14 @@ impl<'a> EndsCheck<'a> {
             if self.changes.len().is_multiple_of(ASK_EVERY) && (self.stop)().is_break() {
                 return Err(Fault::Cancelled);
             }
-            let mut change = BlockChange::none(next.motion.line, next.motion.kind);
+            let mut change = MotionChange::none(next.motion.line, next.motion.kind);
             self.check(&motion, &next, &mut change)?;
             self.changes.push(change);
         }
         Ok(())
     }
 
-    fn check(&mut self, read: &Motion, next: &ExpectedEnd, change: &mut BlockChange) -> Result<(), Fault> {
+    fn check(&mut self, read: &Motion, next: &ExpectedEnd, change: &mut MotionChange) -> Result<(), Fault> {
         let line = next.motion.line;
         Meaning::of(&next.motion).check(read)?;
         let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
@@ -149,7 +145,7 @@ impl<'a> EndsCheck<'a> {
             return Err(failed(line, "a stated tool axis changed"));
         }
         // The last bits of words that are solved from a stated axis depend on the neighbouring points.
-        if !self.posts && read.tool_axis.is_none() && rotary(read) != rotary(&next.motion) {
+        if !self.recalibrates && read.tool_axis.is_none() && rotary(read) != rotary(&next.motion) {
             return Err(failed(line, "a rotary word changed"));
         }
         let (Some(point), Some(words)) = (&next.point, read.end) else {
@@ -158,7 +154,7 @@ impl<'a> EndsCheck<'a> {
         };
         let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
         if self.written.enter(read) {
-            self.tool = self.moves.worn_tool(self.written.now.tool).unwrap_or(WornTool::NONE);
+            self.worn = self.moves.worn_tool(self.written.now.tool);
         }
         let written = &self.written.now.kinematics;
         let mut pose = Station::new(self.machine, written, mode, words).pose;
@@ -168,14 +164,16 @@ impl<'a> EndsCheck<'a> {
         // If the control uses the nominal length, the worn tip is ΔL further back along the tool axis.
         pose.tip_mm += pose.axis * point.behind_mm;
         let hold = &point.contact.hold;
-        let (nominal, actual) = (&self.tool.nominal, &self.tool.actual());
-        let off_mm = hold.residual_mm(nominal, actual, &point.pose, &pose);
+        let off_mm = match &self.worn {
+            Some(worn) => hold.residual_mm([&worn.nominal, &worn.actual()], &point.pose, &pose),
+            None => pose.tip_mm - point.pose.tip_mm,
+        };
         let [linear, turned] = next.resolutions;
         let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
         if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
             return Err(failed(line, "the worn cutter's contact is not where it was planned"));
         }
-        let axis_rad = if self.posts { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
+        let axis_rad = if self.recalibrates { angle_between(pose.axis, point.pose.axis) } else { 0.0 };
         // Near the pole the axis may be missed, by no more than the cone.
         let cone_rad = if point.held { written.pole_cone_rad() } else { written.tilt_rad() };
         if axis_rad > (TURNED * turned.half()).to_radians() + 2.0 * cone_rad {
@@ -183,11 +181,11 @@ impl<'a> EndsCheck<'a> {
         }
         self.axis_left.take(Angle::from_rad(axis_rad), line);
         self.tell(point, axis_rad, off_mm.norm(), change);
-        if !point.has_contact {
+        let Some(worn) = self.worn.as_ref().filter(|_| point.has_contact) else {
             self.contact_mm = None;
             return Ok(());
-        }
-        let contact_mm = point.pose.tip_mm + hold.offset_mm(nominal, point.pose.axis);
+        };
+        let contact_mm = point.pose.tip_mm + hold.offset_mm(&worn.nominal, point.pose.axis);
         let from_mm = self.contact_mm.filter(|_| read.kind != MotionKind::Rapid).unwrap_or(contact_mm);
         let normal = hold.normal(point.pose.axis);
         let left_mm = -point.contact.shift_mm.dot(&normal);
@@ -202,7 +200,7 @@ impl<'a> EndsCheck<'a> {
     }
 
     /// Records the effect of the move on a motion and on its errors.
-    fn tell(&self, point: &MovedPoint, axis_left_rad: f64, rounding_mm: f64, change: &mut BlockChange) {
+    fn tell(&self, point: &MovedPoint, axis_left_rad: f64, rounding_mm: f64, change: &mut MotionChange) {
         let contact = &point.contact;
         let (mut before, mut after) = (ErrorShares::default(), ErrorShares::default());
         after.rounding_mm = rounding_mm;
@@ -216,14 +214,17 @@ impl<'a> EndsCheck<'a> {
             }
         }
         let mut axis_before_rad = 0.0;
-        if self.posts {
+        if self.recalibrates {
             change.location_errors_mm = (point.real.tip_mm - point.pose.tip_mm).norm();
             axis_before_rad = angle_between(point.real.axis, point.pose.axis);
             change.axis_rad = axis_before_rad;
-            before.location_errors_mm =
-                contact.hold.miss_mm(&self.tool.nominal, &point.pose, &point.real).norm();
+            let miss_mm = match &self.worn {
+                Some(worn) => contact.hold.miss_mm(&worn.nominal, &point.pose, &point.real),
+                None => point.real.tip_mm - point.pose.tip_mm,
+            };
+            before.location_errors_mm = miss_mm.norm();
         }
-        change.error = BlockError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
+        change.error = MotionError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
     }
 }
 

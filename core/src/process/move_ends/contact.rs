@@ -52,11 +52,10 @@ impl Hold {
     }
 
     /// The offset of the worn cutter's contact from the nominal one's \[mm\], computed from both tips: `c′ − c`. If
-    /// the tool axes differ (posted anew, rounded), the contact is the one along the normal.
+    /// the tool axes differ (computed anew, rounded), the contact is the one along the normal.
     pub(super) fn residual_mm(
         &self,
-        nominal: &Tool,
-        actual: &Tool,
+        [nominal, actual]: [&Tool; 2],
         source: &ToolPose,
         written: &ToolPose,
     ) -> Vec3 {

@@ -2,10 +2,10 @@
 
 use crate::contact::{BlockTime, feed_word};
 use crate::motion::{AxisWords, Feed, FeedMode, Motion, MotionKind};
-use crate::process::contact_path::MIN_FEED;
+
 use crate::process::fault::LineFaultKind;
-use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::rounded_feed;
+use crate::process::pipeline::{MIN_FEED, TIME_ROUNDING};
 use crate::program::NewWord;
 
 /// The lower F that a block needs if its path is shorter now, or if F now counts millimetres instead of degrees.

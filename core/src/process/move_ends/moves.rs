@@ -10,18 +10,18 @@ use crate::process::set_up::{Need, ProgramSetup, SetUps, ToolCalls, ToolUsed};
 use crate::process::text::ProgramSource;
 use crate::program::{StepName, Steps};
 
-/// Everything that decides where the ends of motions go, for a wear compensation, posting for another machine, or
+/// Everything that decides where the ends of motions go, for a wear compensation, a recalibration, or
 /// both.
 #[derive(Debug, Clone)]
 pub(in crate::process) struct Moves<'a> {
-    /// The worn cutter. Without wear it is a cutter of nominal shape, whose tip is kept.
+    /// The worn cutter. Without wear no cutter is named here, and the tip is kept.
     pub(in crate::process) parameters: &'a WearParameters,
     /// The program and the machine for which it was made.
     pub(in crate::process) source_program: ProgramSetup,
     /// The machine that runs it, with the nominal tool length.
     pub(in crate::process) written_program: ProgramSetup,
-    /// The two differ in more than the tool's length. Every end is then posted anew, including rotary words.
-    pub(in crate::process) posts: bool,
+    /// The two differ in more than the tool's length. Every end is then computed anew, including rotary words.
+    pub(in crate::process) recalibrates: bool,
     /// A worn cutter was stated.
     pub(in crate::process) has_wear: bool,
 }
@@ -33,7 +33,7 @@ impl<'a> Moves<'a> {
             parameters,
             source_program: parameters.program.clone(),
             written_program: parameters.program.clone(),
-            posts: false,
+            recalibrates: false,
             has_wear: true,
         }
     }
@@ -41,7 +41,7 @@ impl<'a> Moves<'a> {
     /// The requested steps.
     pub(super) fn steps(&self) -> Steps {
         let wear = if self.has_wear { Steps::of(&[StepName::Wear]) } else { Steps::NONE };
-        if self.posts { wear.with(StepName::LocationErrors) } else { wear }
+        if self.recalibrates { wear.with(StepName::LocationErrors) } else { wear }
     }
 
     /// The set-up of the written program.
@@ -50,21 +50,16 @@ impl<'a> Moves<'a> {
         ProgramSetup { tools, ..self.written_program.clone() }
     }
 
-    /// The worn cutter of a section. `None` if nothing is known of its tool or of its wear. Without wear it is a
-    /// cutter of nominal shape.
+    /// The worn cutter of a section. `None` without wear, or if nothing is known of its tool or of its wear.
     pub(super) fn worn_tool(&self, used: Option<ToolUsed>) -> Option<WornTool> {
-        let (used, parameters) = (used?, self.parameters);
+        let (used, parameters) = (used.filter(|_| self.has_wear)?, self.parameters);
         let nominal = used.nominal.or(parameters.nominal)?;
-        let worn = if self.has_wear {
-            parameters.worn.clone().or(used.worn.map(WornCutter::Tool))?
-        } else {
-            WornCutter::Tool(nominal)
-        };
+        let worn = parameters.worn.clone().or(used.worn.map(WornCutter::Tool))?;
         let unknown_to_control = parameters.shorter_by - parameters.known_to_control();
         Some(WornTool { nominal, worn, milling: parameters.milling, unknown_to_control })
     }
 
-    /// The worn cutters of a program that was surveyed.
+    /// The worn cutters of a program that was surveyed. Without wear there are none.
     pub(super) fn worn_tools(&self) -> Vec<WornTool> {
         let tooling = self.source_program.tools.tooling();
         tooling.all_tools().filter_map(|used| self.worn_tool(Some(used))).collect()
@@ -89,8 +84,8 @@ impl<'a> Moves<'a> {
             agreement: self.has_wear,
             leaves_unknown: self.has_wear,
         };
-        let stated = self.parameters.nominal.filter(|_| self.has_wear);
-        let source_program = self.source_program.with_tools(stated, need, calls, machine, source, stop)?;
+        let nominal = self.parameters.nominal;
+        let source_program = self.source_program.with_tools(nominal, need, calls, machine, source, stop)?;
         let written_program =
             ProgramSetup { tools: source_program.tools.clone(), ..self.written_program.clone() };
         Ok(Self { source_program, written_program, ..self.clone() })
@@ -107,12 +102,12 @@ impl<'a> Moves<'a> {
 
     /// Whether the words of every point mean another place, including those of rapids.
     pub(super) fn moves_everything(&self, machine: &Machine) -> bool {
-        self.posts || self.parameters.moves_everything(machine)
+        self.recalibrates || self.parameters.moves_everything(machine)
     }
 
     /// Whether U V W must be rewritten because the words of every point mean another place.
     pub(super) fn moves_points(&self, machine: &Machine) -> bool {
         let measured = self.parameters.length_in_control == LengthInControl::Measured;
-        self.posts || (measured && self.parameters.moves_everything(machine))
+        self.recalibrates || (measured && self.parameters.moves_everything(machine))
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};
-use crate::process::contact_path::CcParameters;
 use crate::process::set_up::{Budget, ContactSource, ProgramSetup};
 use crate::units::{Angle, Length};
 use crate::wear::WearTable;
@@ -88,7 +87,7 @@ impl WearParameters {
             shorter_by: Length::ZERO,
             length_in_control: LengthInControl::Nominal,
             contact: ContactSource::Auto,
-            pass_break: Angle::from_deg(CcParameters::PASS_BREAK_DEG),
+            pass_break: Angle::from_deg(ContactSource::PASS_BREAK_DEG),
             program,
             budget: Budget::default(),
             part: None,

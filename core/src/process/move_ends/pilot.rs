@@ -2,27 +2,23 @@
 //! moved.
 
 use super::assumption::Assumption;
-use super::contact::{TIP, WornContact, by_normal, by_point, carried, flat};
+use super::contact::{TIP, WornContact, by_normal, carried, flat};
 use super::moves::Moves;
 use super::parameters::WearParameters;
 use super::points::{EndPoses, rests};
 use super::report::CurvatureAcross;
 use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution};
-use crate::contact::{
-    Effort, SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
-};
-use crate::geometry::{Vec3, angle_between};
+use crate::contact::{Effort, rotary_rad};
+use crate::geometry::Vec3;
 use crate::kinematics::{InverseError, NearWords, ToolPose};
 use crate::machine::{Machine, Side};
 use crate::motion::{ArcCourse, AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::process::fault::{LineFaultKind, WarningKind, Warnings};
-use crate::process::set_up::{ContactSource, SetUps, turn_between, turns};
-use crate::units::Length;
-use crate::wear::{FlatContact, ShiftFault};
+use crate::process::set_up::{ContactSource, SetUps, turn_between};
 
 /// The direction of a chord shorter than this comes from rounding alone \[mm\].
-const RESTING_MM: f64 = 1e-6;
+pub(super) const RESTING_MM: f64 = 1e-6;
 
 /// The decision about a motion.
 #[derive(Debug, Clone, Copy)]
@@ -70,16 +66,14 @@ pub(super) struct Pilot<'a> {
     pub(super) machine: &'a Machine,
     pub(super) moves: Moves<'a>,
     pub(super) parameters: &'a WearParameters,
-    /// The cutter of the current section, worn and nominal.
-    pub(super) tool: WornTool,
+    /// The worn cutter of the current section. `None` without wear, and for a tool of which nothing is known.
+    pub(super) worn: Option<WornTool>,
     /// The set-up of the machine that runs the written program.
     pub(super) written: SetUps,
     pub(super) contact: ContactSource,
     pub(super) points: EndPoses<'a>,
     /// G90.1 is active: centres of arcs are points.
     pub(super) absolute_centres: bool,
-    /// The cutter for which the program is compensated is in the spindle.
-    pub(super) is_its_tool: bool,
     /// The shift of the last contact, without ΔL \[mm\].
     pub(super) carried_mm: Vec3,
     /// The last correction of the axis next to the workpiece that was found outside the pole cone \[deg\].
@@ -98,7 +92,7 @@ pub(super) struct Pilot<'a> {
 impl Pilot<'_> {
     /// The decision about the motion of this index. `following` is the first motion after the batch. `axes` holds the
     /// place of the written program, `resolutions` the form of linear and rotary words.
-    pub(super) fn course(
+    pub(super) fn decide(
         &mut self,
         motions: &[Motion],
         index: usize,
@@ -111,9 +105,9 @@ impl Pilot<'_> {
         if self.written.enter(motion) {
             self.take_tool();
         }
-        if !self.is_its_tool {
+        if self.is_other_tool() {
             self.carried_mm = Vec3::zeros();
-            if !self.moves.posts {
+            if !self.moves.recalibrates {
                 let cuts = matches!(motion.kind, MotionKind::Linear | MotionKind::Arc)
                     && motion.unfollowable.is_none()
                     && motion.end.is_some();
@@ -158,14 +152,15 @@ impl Pilot<'_> {
             real.axis = pose.axis;
         }
         let touched = match self.contact {
-            ContactSource::Surface if !rests(motion) && self.is_its_tool => self.on_surface(&pose),
+            ContactSource::Surface if !rests(motion) => self.on_surface(&pose),
             _ => None,
         };
-        let stated = match (self.contact, &touched) {
-            _ if !self.is_its_tool => None,
-            (ContactSource::Surface, None) => None,
-            (ContactSource::Surface, Some(touched)) => Some(by_normal(&self.tool, &pose, touched.normal)?),
-            _ => self.stated(motion, &end, &pose)?,
+        let stated = match (&self.worn, self.contact, &touched) {
+            (None, ..) | (_, ContactSource::Surface, None) => None,
+            (Some(worn), ContactSource::Surface, Some(touched)) => {
+                Some(by_normal(worn, &pose, touched.normal)?)
+            }
+            (Some(worn), ..) => self.stated(worn, motion, &end, &pose)?,
         };
         if stated.is_none() && rests(motion) {
             return Ok(EndChoice::Move { goal: Goal::Words(axes.standing(&end)), point: None });
@@ -174,9 +169,9 @@ impl Pilot<'_> {
         if motion.kind == MotionKind::Arc {
             return self.arc(motion, &end, [pose, real], near, stated, axes, resolutions);
         }
-        let is_assumed = self.contact == ContactSource::FeedPlane && self.wears();
+        let is_assumed = self.contact == ContactSource::FeedPlane && self.worn.is_some();
         let contact = if is_assumed { self.feed_plane(motions, index, following, &pose)? } else { stated };
-        if contact.is_none() && motion.kind == MotionKind::Linear && self.wears() && !is_assumed {
+        if contact.is_none() && motion.kind == MotionKind::Linear && self.worn.is_some() && !is_assumed {
             self.warnings.add(WarningKind::NoContactAtEnd, Some(motion.line));
         }
         if contact.is_some() {
@@ -189,19 +184,22 @@ impl Pilot<'_> {
 
     /// Switches to the cutter of the current section.
     pub(super) fn take_tool(&mut self) {
-        let tool = self.moves.worn_tool(self.written.now.tool);
-        self.is_its_tool = tool.is_some() || !self.moves.has_wear;
-        self.tool = tool.unwrap_or(WornTool::NONE);
+        self.worn = self.moves.worn_tool(self.written.now.tool);
+    }
+
+    /// The tool in the spindle is not one for which the wear is compensated.
+    pub(super) fn is_other_tool(&self) -> bool {
+        self.moves.has_wear && self.worn.is_none()
     }
 
     /// The missing value that is needed to know where this motion must end, if any.
     fn missing(&self, motion: &Motion) -> Option<LineFaultKind> {
         let mode = self.points.mode(motion);
         let set_up = &self.points.source.now;
-        if mode == Interpolation::Machine && (self.moves.posts || self.looks_at_part()) {
+        if mode == Interpolation::Machine && (self.moves.recalibrates || self.looks_at_part()) {
             return set_up.missing_for_place();
         }
-        if self.contact == ContactSource::FeedPlane && self.wears() {
+        if self.contact == ContactSource::FeedPlane && self.worn.is_some() {
             return set_up.missing_for_turning(mode, motion);
         }
         None
@@ -209,12 +207,7 @@ impl Pilot<'_> {
 
     /// Whether contacts are looked for on the part.
     fn looks_at_part(&self) -> bool {
-        self.contact == ContactSource::Surface && self.wears()
-    }
-
-    /// Whether the tool in the spindle is worn.
-    fn wears(&self) -> bool {
-        self.moves.has_wear && self.is_its_tool
+        self.contact == ContactSource::Surface && self.worn.is_some()
     }
 
     /// Whether linear words depend on the length of the tool.
@@ -232,7 +225,7 @@ impl Pilot<'_> {
     ) -> Result<NearWords, LineFaultKind> {
         let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
         // A vector states the axis direction in W, on any machine.
-        if !self.moves.posts || motion.tool_axis.is_some() {
+        if !self.moves.recalibrates || motion.tool_axis.is_some() {
             return Ok(as_they_are);
         }
         let near = self.written.now.kinematics.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(
@@ -257,22 +250,17 @@ impl Pilot<'_> {
         near: NearWords,
         contact: Option<WornContact>,
     ) -> MovedPoint {
-        let behind = if self.is_its_tool { self.tool.unknown_to_control } else { Length::ZERO };
-        let behind_mm = behind.mm();
+        let behind_mm = self.worn.as_ref().map_or(0.0, |worn| worn.unknown_to_control.mm());
         if let Some(found) = &contact {
             self.note(motion.line, found);
             self.carried_mm = found.shift_mm + pose.axis * behind_mm;
         }
         let has_contact = contact.is_some();
         // A larger cutter that returned to the nominal tip would cut into the surface that it has just left.
-        let contact = contact.unwrap_or_else(|| {
-            if !self.is_its_tool {
-                TIP
-            } else if self.tool.is_larger() {
-                carried(&self.tool, &pose, self.carried_mm)
-            } else {
-                flat(&self.tool, &pose, 0.0)
-            }
+        let contact = contact.unwrap_or_else(|| match &self.worn {
+            None => TIP,
+            Some(worn) if worn.is_larger() => carried(worn, &pose, self.carried_mm),
+            Some(worn) => flat(worn, &pose, 0.0),
         });
         MovedPoint { pose, real, contact, has_contact, is_assumed: false, behind_mm, held: near.held }
     }
@@ -288,89 +276,17 @@ impl Pilot<'_> {
         let rotary_rad = rotary_rad(self.machine, rotary_deg);
         let MovedPoint { pose, contact, behind_mm, .. } = point;
         let mut tip_mm = pose.tip_mm + contact.shift_mm;
-        if self.moves.posts {
+        if self.moves.recalibrates {
             let by_vector = motion.tool_axis.is_some();
             let axis = if by_vector { pose.axis } else { self.written.now.kinematics.axis(rotary_rad) };
-            let tools = [&self.tool.nominal, &self.tool.actual()];
-            tip_mm += contact.hold.turn_mm(tools, pose.axis, axis) + (pose.axis - axis) * *behind_mm;
+            tip_mm += (pose.axis - axis) * *behind_mm;
+            if let Some(worn) = &self.worn {
+                tip_mm += contact.hold.turn_mm([&worn.nominal, &worn.actual()], pose.axis, axis);
+            }
         }
         match self.points.mode(motion) {
             Interpolation::Tcp => tip_mm.into(),
             Interpolation::Machine => self.written.now.kinematics.linear_mm(tip_mm, rotary_rad).into(),
-        }
-    }
-
-    /// The contact that the block states in the words of the chosen source.
-    fn stated(
-        &self,
-        motion: &Motion,
-        end: &AxisWords,
-        pose: &ToolPose,
-    ) -> Result<Option<WornContact>, ShiftFault> {
-        match (self.contact, motion.contact) {
-            (ContactSource::Program, ContactWords::Point(words)) => {
-                let contact_mm = match self.points.mode(motion) {
-                    Interpolation::Tcp => Vec3::from(words),
-                    Interpolation::Machine => {
-                        let rotary_rad = rotary_rad(self.machine, end.rotary_deg);
-                        self.points.source.now.kinematics.tip_mm(Vec3::from(words), rotary_rad)
-                    }
-                };
-                by_point(&self.tool, pose, contact_mm).map(Some)
-            }
-            (ContactSource::Normals, ContactWords::Normal(normal)) => {
-                by_normal(&self.tool, pose, Vec3::from(normal)).map(Some)
-            }
-            _ => Ok(None),
-        }
-    }
-
-    /// Where the nominal cutter touches the part.
-    fn on_surface(&mut self, pose: &ToolPose) -> Option<SurfaceContact> {
-        let part = self.parameters.part.as_ref()?;
-        contact_on_surface(part, &self.tool.nominal, pose, &mut self.effort)
-    }
-
-    /// The contact by the rule of the feed plane, at the end of a motion at feed and where a rapid is followed by
-    /// one. Nothing is assumed if no rotary axis turns on either side of the point, or if the feed leaves the contact
-    /// open.
-    fn feed_plane(
-        &mut self,
-        motions: &[Motion],
-        index: usize,
-        following: Option<&Motion>,
-        pose: &ToolPose,
-    ) -> Result<Option<WornContact>, ShiftFault> {
-        let motion = &motions[index];
-        let next = self.points.goes_on(motions, index, following);
-        let is_cut = motion.kind == MotionKind::Linear;
-        let before = motion.start.filter(|_| is_cut).map(|start| self.points.pose_at(motion, start));
-        let after = next.and_then(|next| next.end).map(|end| self.points.pose_at(motion, end));
-        let turns = [is_cut && turns(motion), next.is_some_and(turns)];
-        let feed = if turns.contains(&true) { self.feed_at([before, after], pose, turns) } else { None };
-        let found = feed.and_then(|feed| feed_plane_normal(pose.axis, feed));
-        let path_mm = before.map_or(0.0, |before| (pose.tip_mm - before.tip_mm).norm());
-        if is_cut {
-            self.assumption.take(path_mm, turns.contains(&true), found.is_some());
-        }
-        found.map(|normal| by_normal(&self.tool, pose, normal)).transpose()
-    }
-
-    /// The feed at a point between the poses before and after it. If one pass continues through the point, it is the
-    /// chord between these poses. If not, it is the feed on a side where a rotary axis turns. The motion that ends
-    /// here comes first.
-    fn feed_at(&self, sides: [Option<ToolPose>; 2], pose: &ToolPose, turns: [bool; 2]) -> Option<Vec3> {
-        let tool = &self.tool.nominal;
-        let before = sides[0].and_then(|before| feed_direction(tool, [&before, pose]));
-        let after = sides[1].and_then(|after| feed_direction(tool, [pose, &after]));
-        match (before, after) {
-            (Some(from), Some(to)) if angle_between(from, to) <= self.parameters.pass_break.rad() => {
-                let [Some(before), Some(after)] = sides else { return None };
-                (after.tip_mm - before.tip_mm).try_normalize(RESTING_MM)
-            }
-            (Some(from), _) if turns[0] => Some(from),
-            (_, Some(to)) if turns[1] => Some(to),
-            _ => None,
         }
     }
 
@@ -454,40 +370,8 @@ impl Pilot<'_> {
             }
             _ => false,
         };
-        let touches = touches && self.is_its_tool && !self.tool.has_nominal_shape();
+        let touches = touches && self.worn.as_ref().is_some_and(|worn| !worn.has_nominal_shape());
         axes.is_off() || self.moves_everything || touches
-    }
-
-    /// Records the curvature of the part across the feed where the nominal cutter touches it. Uses the contact
-    /// `touched` if it was searched for already.
-    fn note_curvature(&mut self, motion: &Motion, pose: &ToolPose, touched: Option<SurfaceContact>) {
-        let Some(part) = &self.parameters.part else { return };
-        let (MotionKind::Linear, Some(start)) = (motion.kind, motion.start) else { return };
-        let feed_mm = pose.tip_mm - self.points.tip_mm(self.points.mode(motion), start);
-        if feed_mm.norm() <= RESTING_MM {
-            return;
-        }
-        let across = touched
-            .or_else(|| self.on_surface(pose))
-            .and_then(|touched| touched.curvature_across_per_mm(&part.mesh, feed_mm, &mut self.effort));
-        if let Some(curvature_per_mm) = across {
-            self.curvature.note(curvature_per_mm, motion.line);
-        }
-    }
-
-    fn note(&mut self, line: u64, contact: &WornContact) {
-        if contact.off_tool_mm > Touch::ON_TOOL_MM {
-            self.warnings.add_distance(WarningKind::NearestContact, line, contact.off_tool_mm);
-        }
-        match contact.note {
-            Some(FlatContact::Whole) => {
-                self.warnings.add(WarningKind::FlatContact, Some(line));
-            }
-            Some(FlatContact::Nearly { .. }) => {
-                self.warnings.add(WarningKind::NearlyFlatContact, Some(line));
-            }
-            None => {}
-        }
     }
 }
 

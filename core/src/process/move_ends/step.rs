@@ -1,488 +1,142 @@
-//! Moves and writes a program, stretch after stretch.
+//! The step that moves the ends of motions, for a worn cutter and for location errors.
 
-use super::assumption::Assumption;
-use super::check::{ASK_EVERY, EndsCheck, ExpectedEnd};
-use super::contact::contact_angle;
-use super::feed::lowered_feed;
+use std::io::Write;
+
+use super::check::EndsCheck;
 use super::moved::Moved;
 use super::moves::Moves;
-use super::pilot::{EndChoice, Goal, MovedPoint, Pilot};
-use super::points::EndPoses;
-use super::posting::Posting;
-use super::report::{CurvatureAcross, WearReport};
+use super::parameters::{Milling, WearParameters};
+use super::report::WearReport;
+use super::work::EndsWork;
 use super::worn_tool::WornTool;
-use super::written::{Axes, Resolution, Written};
-use crate::contact::rotary_rad;
-use crate::geometry::Vec3;
-use crate::machine::{Machine, Travel};
-use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
-use crate::process::fault::{Fault, LineFaultKind, LineFaults, WarningKind, Warnings, go_on};
-use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork, letter};
+use crate::machine::Machine;
+use crate::process::fault::Fault;
+use crate::process::pipeline::{
+    Hands, Look, MotionChange, Note, Resources, Step, StepRun, StepWork, Surveyed, Upstream, reported,
+};
 use crate::process::set_up::{ContactSource, Stop};
-use crate::process::text::{Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
-use crate::program::{Address, Batch, Dialect, Keyword, NewWord, StepName, Steps};
-use crate::units::{Angle, Length};
+use crate::process::text::{Inventory, LineMap, ProgramSource, Survey, naming_unknown_axes};
+use crate::side_by_side::{OneAfterAnother, SideBySide};
 
-/// G90.1 and G91.1, in tenths.
-const ABSOLUTE_CENTRES: u32 = 901;
-const INCREMENTAL_CENTRES: u32 = 911;
-
-/// The work in progress.
-pub(super) struct EndsWork<'a> {
-    survey: Survey,
-    pub(super) pilot: Pilot<'a>,
-    /// The five axes and U V W of the written program.
-    axes: Axes,
-    points: Written<3>,
-    /// U V W must be rewritten, because the words of every point mean another place.
-    moves_points: bool,
-    rewriter: Rewriter,
-    pub(super) faults: LineFaults,
-    /// The number of blocks that were searched for codes that matter.
-    scanned: usize,
-    uses_tcp: bool,
-    blocks_changed: u64,
-    contacts_kept: u64,
-    contacts_assumed: u64,
-    motions_shifted: u64,
-    /// Motions whose end was looked at, with any tool.
-    pub(super) motions_followed: u64,
-    feeds_lowered: u64,
-    max_shift: (f64, Option<u64>),
-    contact_angles: Option<[Angle; 2]>,
-    posting: Posting,
-    stop: &'a Stop<'a>,
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the
+/// caller's thread.
+///
+/// # Errors
+/// Those of [`compensate_wear_side_by_side`].
+pub fn compensate_wear(
+    machine: &Machine,
+    parameters: &WearParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<WearReport, Fault> {
+    compensate_wear_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
 }
 
-impl<'a> StepWork for EndsWork<'a> {
-    type Meant = ExpectedEnd;
-    type Checker = EndsCheck<'a>;
+/// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)).
+///
+/// Tool axis and rotary words never change, and blocks are never divided. A block whose words stay the same is copied
+/// byte for byte. Before it returns, it reads the written text back with its own decimals. It then compares the worn
+/// cutter's contact with the nominal one's at every point. The report's `after` comes from that reading.
+///
+/// # Errors
+/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
+pub fn compensate_wear_side_by_side(
+    machine: &Machine,
+    parameters: &WearParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<WearReport, Fault> {
+    let moves = Moves::of_wear(parameters);
+    let mut step = MoveStep::new(&moves);
+    let with = Resources { machine, parts, stop };
+    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
+    Ok(step.report()?.wear)
+}
 
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedEnd>) -> Result<bool, Fault> {
-        for (index, passage) in stretch.passages.iter().enumerate() {
-            self.passage((index, passage), stretch.following(index), out)?;
-        }
-        Ok(true)
+/// The step that moves the ends of motions.
+pub(in crate::process) struct MoveStep<'p> {
+    moves: &'p Moves<'p>,
+    report: Option<Moved>,
+}
+
+impl<'p> MoveStep<'p> {
+    pub(in crate::process) fn new(moves: &'p Moves<'p>) -> Self {
+        Self { moves, report: None }
     }
 
-    fn hear(&mut self, _check: &EndsCheck<'a>, _read: &Inventory) -> Result<(), Fault> {
-        Ok(())
-    }
-
-    fn has_faults(&self) -> bool {
-        self.faults.total > 0
-    }
-
-    fn rewriter(&self) -> &Rewriter {
-        &self.rewriter
+    /// The report, available after a program has gone through.
+    ///
+    /// # Errors
+    /// No program has gone through.
+    pub(in crate::process) fn report(self) -> Result<Moved, Fault> {
+        reported(self.report)
     }
 }
 
-impl<'a> EndsWork<'a> {
-    pub(super) fn new(
-        machine: &'a Machine,
-        moves: &Moves<'a>,
-        survey: Survey,
-        contact: ContactSource,
-        stop: &'a Stop<'a>,
-    ) -> Self {
-        let [source, written] = moves.set_ups(machine);
-        let parameters = moves.parameters;
-        let real = moves.posts.then(|| written.clone());
-        let mut pilot = Pilot {
-            machine,
-            moves: moves.clone(),
-            parameters,
-            tool: WornTool::NONE,
-            written,
-            contact,
-            points: EndPoses::new(machine, source, parameters.program.interpolation, real),
-            absolute_centres: false,
-            is_its_tool: true,
-            carried_mm: Vec3::zeros(),
-            held_deg: 0.0,
-            moves_everything: moves.moves_everything(machine),
-            warnings: Warnings::default(),
-            curvature: CurvatureAcross::default(),
-            assumption: Assumption::default(),
-            effort: parameters.budget.effort(stop),
-        };
-        pilot.take_tool();
-        Self {
-            survey,
-            pilot,
-            axes: Axes::new(machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()))),
-            points: Written::new([Address::U, Address::V, Address::W]),
-            moves_points: moves.moves_points(machine),
-            rewriter: Rewriter::default(),
-            faults: LineFaults::default(),
-            scanned: 0,
-            uses_tcp: false,
-            blocks_changed: 0,
-            contacts_kept: 0,
-            contacts_assumed: 0,
-            motions_shifted: 0,
-            motions_followed: 0,
-            feeds_lowered: 0,
-            max_shift: (0.0, None),
-            contact_angles: None,
-            posting: Posting::default(),
-            stop,
-        }
-    }
-
-    fn passage(
+impl Step for MoveStep<'_> {
+    fn run(
         &mut self,
-        passage: Placed<'_>,
-        following: Option<&Motion>,
-        out: &mut Outgoing<ExpectedEnd>,
-    ) -> Result<(), Fault> {
-        let Passage { batch, motions, .. } = passage.1;
-        self.rewriter.begin(passage.1, out)?;
-        self.pilot.points.prepare(motions);
-        self.scanned = 0;
-        for (index, motion) in motions.iter().enumerate() {
-            if index % ASK_EVERY == 0 && (self.stop)().is_break() {
-                return Err(Fault::Cancelled);
-            }
-            self.scan(batch, motion.block as usize);
-            let resolutions = self.resolutions(motion);
-            let course = self.pilot.course(motions, index, following, &self.axes, resolutions);
-            go_on(&self.pilot.effort)?;
-            let done = match course {
-                Ok(EndChoice::Leave) => Ok(self.leave(passage, motion, out)?),
-                Ok(EndChoice::Move { goal, point }) => match self.foreign_tool(motion, point.is_some()) {
-                    Some(kind) => Err(kind),
-                    None => self.shift(passage, motion, &goal, point, out)?,
-                },
-                Err(kind) => Err(kind),
-            };
-            if let Err(kind) = done {
-                let text = batch.blocks().get(motion.block as usize);
-                let text = text.map_or(&[][..], |block| batch.block_text(block));
-                self.faults.add(motion.line, text, kind);
-                self.axes.leave(&self.axes.stated(batch, motion), motion.incremental);
-            }
+        upstream: Upstream<'_>,
+        mut look: Option<&mut dyn Look>,
+        output: &mut dyn Write,
+        note: Note<'_, MotionChange>,
+        &Resources { machine, parts, stop }: &Resources<'_>,
+    ) -> Result<LineMap, Fault> {
+        let (source, from_upload) = (upstream.source, upstream.lines.clone());
+        let parameters = self.moves.parameters;
+        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+        survey.refuse_repeated(self.moves.steps(), parameters.program.allow_repeated)?;
+        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+        let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
+        let moves = &self.moves.with_tools(&survey.tools, machine, source, stop)?;
+        let worn_tools = moves.worn_tools();
+        let has_nominal_shape = worn_tools.iter().all(WornTool::has_nominal_shape);
+        // A cutter of nominal shape moves only by its length, wherever it touches.
+        let needs_contact = moves.has_wear && !has_nominal_shape;
+        if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
+            return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
         }
-        self.scan(batch, batch.blocks().len());
-        self.rewriter.end(passage, out);
-        if self.has_faults() {
-            out.clear();
+        if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
+            return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
         }
-        Ok(())
-    }
-
-    /// The reason why a motion of an unknown tool cannot be moved.
-    fn foreign_tool(&mut self, motion: &Motion, is_looked_at: bool) -> Option<LineFaultKind> {
-        let pilot = &mut self.pilot;
-        if !is_looked_at
-            || motion.kind == MotionKind::Rapid
-            || pilot.is_its_tool && !pilot.written.now.is_foreign()
-        {
-            return None;
+        let mut inventory = Inventory::default();
+        let mut run = StepRun::begin(upstream, machine, &moves.source_program, &inventory, stop)?;
+        if let Some(look) = &mut look {
+            look.begin(&Surveyed { source, survey, program: None }, run.dialect())?;
         }
-        if pilot.moves.has_wear && pilot.written.tells_unknown_tools() {
-            pilot.warnings.add(WarningKind::ToolUnknown, Some(motion.line));
-        }
-        let length_counts = pilot.moves.posts && pilot.needs_length(motion);
-        (length_counts && pilot.written.now.lacks_foreign_length()).then_some(LineFaultKind::OtherToolLength)
-    }
-
-    /// Searches the blocks up to and including this one for codes that make no motion.
-    fn scan(&mut self, batch: &Batch, last: usize) {
-        let blocks = batch.blocks().get(self.scanned..=last.min(batch.blocks().len().saturating_sub(1)));
-        for block in blocks.unwrap_or_default() {
-            if self.moves_points {
-                let stated = self.points.stated_in(batch.words(block));
-                self.points.leave(&stated, false);
-            }
-            if batch.words(block).iter().any(|word| word.keyword() == Some(Keyword::From)) {
-                // This keyword states the tool's position, in both programs.
-                self.axes.leave(&self.axes.stated_in(batch.words(block)), false);
-            }
-            for word in batch.words(block) {
-                match (word.address, word.code_tenths()) {
-                    (Address::G, Some(ABSOLUTE_CENTRES)) => self.pilot.absolute_centres = true,
-                    (Address::G, Some(INCREMENTAL_CENTRES)) => self.pilot.absolute_centres = false,
-                    _ => {}
-                }
-            }
-        }
-        self.scanned = (last + 1).min(batch.blocks().len());
-    }
-
-    /// The decimals and units of linear and rotary words that move. The decimals are the finest of the program, and
-    /// no coarser than a control's increments.
-    fn resolutions(&self, motion: &Motion) -> [Resolution; 2] {
-        let [linear, rotary] = self.survey.written_decimals(motion.mm_per_unit);
-        [
-            Resolution { decimals: linear, unit: motion.mm_per_unit },
-            Resolution { decimals: rotary, unit: 1.0 },
-        ]
-    }
-
-    /// Copies a block, and restores its feed.
-    fn leave(
-        &mut self,
-        passage: Placed<'_>,
-        motion: &Motion,
-        out: &mut Outgoing<ExpectedEnd>,
-    ) -> Result<(), Fault> {
-        let batch = &passage.1.batch;
-        let start = motion.start.map(|words| self.axes.standing(&words));
-        let stated = self.axes.stated(batch, motion);
-        match motion.unfollowable {
-            Some(Unfollowable::Reference) => self.axes.meet(&stated),
-            Some(Unfollowable::MachineCoordinates) => self.axes.meet_in_machine(batch, motion),
-            _ => self.axes.leave(&stated, motion.incremental),
-        }
-        let end = motion.end.map(|words| self.axes.standing(&words));
-        self.foresee(motion, [start, end], motion.contact, None, None, out);
-        self.blocks_changed += u64::from(self.rewriter.leave(passage, motion, out)?);
-        Ok(())
-    }
-
-    /// Writes a block with its moved end.
-    fn shift(
-        &mut self,
-        passage: Placed<'_>,
-        motion: &Motion,
-        goal: &Goal,
-        point: Option<MovedPoint>,
-        out: &mut Outgoing<ExpectedEnd>,
-    ) -> Result<Result<(), LineFaultKind>, Fault> {
-        let batch = &passage.1.batch;
-        let Some(source_end) = motion.end else { return Ok(Ok(())) };
-        let [linear, rotary] = self.resolutions(motion);
-        let start = motion.start.map(|words| self.axes.standing(&words));
-        let stated = self.axes.stated(batch, motion);
-        let from = motion.start.unwrap_or(source_end);
-        let rotary_goal = match goal {
-            Goal::Words(words) => words.rotary_deg,
-            Goal::Point { rotary_deg } => *rotary_deg,
+        let mut work = EndsWork::new(machine, moves, survey, contact, stop);
+        let mut check = EndsCheck::new(machine, moves, run.dialect(), stop);
+        let mut hands = Hands {
+            prepare: &mut inventory,
+            work: &mut work,
+            check: &mut check,
+            look: look.map(|look| look as &mut dyn Look),
         };
-        let incremental = motion.incremental;
-        let source_deg = [&from.rotary_deg, &source_end.rotary_deg];
-        let turned = self.axes.rotary.plan(incremental, &stated.rotary, source_deg, &rotary_goal, rotary);
-        let target_mm = match (goal, &point) {
-            (Goal::Point { .. }, Some(point)) => self.pilot.linear_mm(motion, turned.end, point),
-            (Goal::Words(words), _) => words.linear_mm,
-            (Goal::Point { .. }, None) => self.axes.linear.standing(&source_end.linear_mm),
-        };
-        let source_mm = [&from.linear_mm, &source_end.linear_mm];
-        let plan = self.axes.linear.plan(incremental, &stated.linear, source_mm, &target_mm, linear);
-        let end = AxisWords { linear_mm: plan.end, rotary_deg: turned.end };
-        if let Err(kind) = self.check_travel(motion, &end) {
-            return Ok(Err(kind));
+        run.run(&mut hands, output, note, parts)?;
+        if hands.work.has_faults() {
+            let faults = std::mem::take(&mut hands.work.faults);
+            let program = &moves.source_program;
+            let faults = naming_unknown_axes(faults, machine, program, source, from_upload, stop)?;
+            return Err(Fault::Lines(faults));
         }
-        let mut words: Vec<NewWord> = plan.words.into_iter().chain(turned.words).flatten().collect();
-        let contact = self.move_points(batch, motion, [&source_end, &end], linear, &mut words);
-        let lowered =
-            match start.map(|start| lowered_feed(motion, [&start, &end], self.survey.has_feed_column)) {
-                Some(Err(kind)) => return Ok(Err(kind)),
-                Some(Ok(lowered)) => lowered,
-                None => None,
-            };
-        let feed = self.feed_word(motion, lowered);
-        let only_feed = words.is_empty();
-        words.extend(feed);
-        if !words.is_empty() {
-            self.rewriter.change(passage, motion, &words, out)?;
-            self.blocks_changed += 1;
-            if only_feed && lowered.is_none() {
-                self.rewriter.count_restored();
-            }
+        let asks_for_nothing = has_nominal_shape && !hands.work.pilot.moves_everything && !moves.recalibrates;
+        if hands.work.motions_followed == 0 && !asks_for_nothing {
+            // The dialect may be wrong, for example. The caller would take an unchanged program for a compensated
+            // one.
+            return Err(Fault::NothingFollowed { first: hands.work.pilot.warnings.first_left() });
         }
-        self.feeds_lowered += u64::from(lowered.is_some());
-        self.count(motion, point.as_ref());
-        if let Some(point) = &point {
-            self.posting.take(self.pilot.machine, motion, point, [&source_end, &end], self.pilot.moves.posts);
-        }
-        self.foresee(motion, [start, Some(end)], contact, lowered, point, out);
-        Ok(Ok(()))
+        hands.finish(&run.passages, output, note)?;
+        let passages = &run.passages;
+        passages.warn(&mut work.pilot.warnings);
+        let (moved, lines) = work.moved(check, passages.dialect(), passages.blocks, passages.reading());
+        self.report = Some(moved);
+        Ok(lines)
     }
 
-    /// The F word that the block needs: a lower one, or the source's if the written program has another in force.
-    fn feed_word(&mut self, motion: &Motion, lowered: Option<NewWord>) -> Option<NewWord> {
-        if motion.kind == MotionKind::Rapid {
-            return None;
-        }
-        if lowered.is_none() {
-            return self.rewriter.take_owed(&motion.feed);
-        }
-        // It is written even if it should already be in force, because an F may have been inserted between the
-        // blocks.
-        self.rewriter.owe(&motion.feed);
-        lowered
-    }
-
-    /// Plans U V W if the words of every point mean another place.
-    fn move_points(
-        &mut self,
-        batch: &Batch,
-        motion: &Motion,
-        [source_end, end]: [&AxisWords; 2],
-        resolution: Resolution,
-        words: &mut Vec<NewWord>,
-    ) -> ContactWords {
-        let ContactWords::Point(point_mm) = motion.contact else { return motion.contact };
-        if !self.moves_points || self.pilot.points.mode(motion) == Interpolation::Tcp {
-            return motion.contact;
-        }
-        let machine = self.pilot.machine;
-        let (source, written) = (&self.pilot.points.source.now, &self.pilot.written.now);
-        let place_mm =
-            source.kinematics.tip_mm(Vec3::from(point_mm), rotary_rad(machine, source_end.rotary_deg));
-        let target_mm: [f64; 3] =
-            written.kinematics.linear_mm(place_mm, rotary_rad(machine, end.rotary_deg)).into();
-        let stated = self.points.stated(batch, motion);
-        let standing = [&point_mm, &point_mm];
-        let plan = self.points.plan(motion.incremental, &stated, standing, &target_mm, resolution);
-        words.extend(plan.words.into_iter().flatten());
-        ContactWords::Point(plan.end)
-    }
-
-    fn count(&mut self, motion: &Motion, point: Option<&MovedPoint>) {
-        self.motions_followed += 1;
-        let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
-        self.uses_tcp |= is_tcp && motion.kind != MotionKind::Rapid;
-        self.motions_shifted += u64::from(self.axes.is_off());
-        let Some(point) = point else { return };
-        let shift_mm = point.contact.shift_mm.norm();
-        if shift_mm > self.max_shift.0 {
-            self.max_shift = (shift_mm, Some(motion.line));
-        }
-        if !point.has_contact {
-            return;
-        }
-        if point.is_assumed {
-            self.contacts_assumed += 1;
-        } else {
-            self.contacts_kept += 1;
-        }
-        let angle = contact_angle(&point.contact, point.pose.axis);
-        let [least, most] = self.contact_angles.unwrap_or([angle, angle]);
-        self.contact_angles =
-            Some([if angle < least { angle } else { least }, if angle > most { angle } else { most }]);
-    }
-
-    fn foresee(
-        &mut self,
-        motion: &Motion,
-        [start, end]: [Option<AxisWords>; 2],
-        contact: ContactWords,
-        lowered: Option<NewWord>,
-        point: Option<MovedPoint>,
-        out: &mut Outgoing<ExpectedEnd>,
-    ) {
-        if self.has_faults() {
-            return;
-        }
-        let mut planned = Motion { start, end, contact, ..*motion };
-        if let Some(feed) = lowered {
-            planned.feed.raw = feed.value;
-        }
-        let resolutions = self.resolutions(motion);
-        out.expected.push_back(ExpectedEnd { motion: planned, point, resolutions });
-    }
-
-    /// Checks the travel of the axes at the place to which the block leads.
-    fn check_travel(&self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
-        let machine = self.pilot.machine;
-        let check = |axis: char, commanded: f64, travel: Option<Travel>| {
-            LineFaultKind::outside(axis, commanded, travel).map_or(Ok(()), Err)
-        };
-        for (axis, word) in machine.rotary_axes().iter().zip(end.rotary_deg) {
-            check(axis.letter.as_char(), word, axis.travel_deg)?;
-        }
-        let travel = *machine.linear_travel_mm();
-        if travel.iter().all(Option::is_none) {
-            return Ok(());
-        }
-        let linear_mm: [f64; 3] = match self.pilot.points.mode(motion) {
-            Interpolation::Machine => end.linear_mm,
-            Interpolation::Tcp => {
-                let rotary_rad = rotary_rad(machine, end.rotary_deg);
-                if !self.pilot.written.now.is_stated() {
-                    return Ok(());
-                }
-                let kinematics = &self.pilot.written.now.kinematics;
-                kinematics.linear_mm(Vec3::from(end.linear_mm), rotary_rad).into()
-            }
-        };
-        for ((letter, word), travel) in ['X', 'Y', 'Z'].into_iter().zip(linear_mm).zip(travel) {
-            check(letter, word, travel)?;
-        }
-        Ok(())
-    }
-
-    pub(super) fn moved(
-        mut self,
-        verifier: EndsCheck<'_>,
-        dialect: Dialect,
-        blocks_in: u64,
-        reading: ProgramReading,
-    ) -> (Moved, LineMap) {
-        let moves = self.pilot.moves.clone();
-        let tools = moves.worn_tools();
-        let is_larger = tools.iter().any(WornTool::is_larger);
-        let warnings = &mut self.pilot.warnings;
-        let contacts = self.contacts_kept + self.contacts_assumed;
-        let needs_contact = moves.has_wear && !tools.iter().all(WornTool::has_nominal_shape);
-        if is_larger && contacts > 0 {
-            warnings.add(WarningKind::LargerCutter, None);
-        }
-        if needs_contact && contacts == 0 {
-            warnings.add(WarningKind::NoContactKept, None);
-        }
-        if self.contacts_assumed > 0 {
-            warnings.add(WarningKind::ContactAssumed, None).count = self.contacts_assumed;
-        }
-        if moves.has_wear && self.pilot.assumption.open > 0 {
-            warnings.add(WarningKind::ContactOpen, None).count = self.pilot.assumption.open;
-        }
-        if moves.posts && self.uses_tcp {
-            warnings.add(WarningKind::ControlCalibrated, None);
-        }
-        self.posting.warn(warnings);
-        let (max_shift_mm, max_shift_line) = self.max_shift;
-        self.posting.left = verifier.axis_left;
-        // If bytes change only by rounding or by a feed, all requested steps are named.
-        let did_wear = moves.has_wear && max_shift_mm > 0.0;
-        let did_post = moves.posts && self.posting.did_something();
-        let steps = match (self.blocks_changed > 0, did_wear, did_post) {
-            (false, ..) => Steps::NONE,
-            (true, true, false) => Steps::of(&[StepName::Wear]),
-            (true, false, true) => Steps::of(&[StepName::LocationErrors]),
-            _ => moves.steps(),
-        };
-        let is_assumed = moves.has_wear && self.pilot.contact == ContactSource::FeedPlane;
-        let wear = WearReport {
-            dialect,
-            interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
-            contact: self.pilot.contact,
-            steps,
-            reading,
-            blocks_in,
-            blocks_out: verifier.blocks(),
-            blocks_changed: self.blocks_changed,
-            contacts_kept: self.contacts_kept,
-            contacts_assumed: self.contacts_assumed,
-            assumption: is_assumed.then_some(self.pilot.assumption),
-            after_if_assumed: is_assumed.then(|| verifier.if_assumed.summary()),
-            motions_shifted: self.motions_shifted,
-            feeds_lowered: self.feeds_lowered,
-            feeds_restored: self.rewriter.feeds_restored(),
-            max_shift: Length::from_mm(max_shift_mm),
-            max_shift_line,
-            contact_angles: self.contact_angles,
-            curvature: self.pilot.parameters.part.as_ref().map(|_| self.pilot.curvature),
-            before: verifier.found.before.summary(),
-            after: verifier.found.after.summary(),
-            cc_path_length_mm: verifier.found.before.path_mm(),
-            series: verifier.found.series,
-            warnings: self.pilot.warnings.into_list(),
-        };
-        (Moved { wear, posting: self.posting }, self.rewriter.into_lines())
+    fn notes_motions(&self) -> bool {
+        true
     }
 }

@@ -16,14 +16,6 @@ pub(super) struct WornTool {
 }
 
 impl WornTool {
-    /// A placeholder on which nothing depends.
-    pub(super) const NONE: Self = Self {
-        nominal: Tool::UNIT_BALL,
-        worn: WornCutter::Tool(Tool::UNIT_BALL),
-        milling: Milling::End,
-        unknown_to_control: Length::ZERO,
-    };
-
     /// Whether the worn cutter has the nominal one's shape.
     pub(super) fn has_nominal_shape(&self) -> bool {
         match &self.worn {

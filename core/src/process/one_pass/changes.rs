@@ -1,7 +1,7 @@
 //! What every step did to every block: streamed, summed up and down-sampled.
 
 use crate::process::fault::Fault;
-use crate::process::pipeline::BlockChange;
+use crate::process::pipeline::MotionChange;
 
 /// Receives every motion that a step changed, in program order, after everything was verified.
 pub trait ChangeSink {
@@ -9,18 +9,18 @@ pub trait ChangeSink {
     ///
     /// # Errors
     /// The change cannot be stored. The compensation then stops.
-    fn changed(&mut self, change: &BlockChange) -> std::io::Result<()>;
+    fn changed(&mut self, change: &MotionChange) -> std::io::Result<()>;
 }
 
 /// For callers that do not need the changes.
 impl ChangeSink for () {
-    fn changed(&mut self, _: &BlockChange) -> std::io::Result<()> {
+    fn changed(&mut self, _: &MotionChange) -> std::io::Result<()> {
         Ok(())
     }
 }
 
-impl ChangeSink for Vec<BlockChange> {
-    fn changed(&mut self, change: &BlockChange) -> std::io::Result<()> {
+impl ChangeSink for Vec<MotionChange> {
+    fn changed(&mut self, change: &MotionChange) -> std::io::Result<()> {
         self.push(*change);
         Ok(())
     }
@@ -104,7 +104,7 @@ pub struct ChangeTotals {
     /// Number of motions that a step changed.
     pub motions_changed: u64,
     /// The motions with the largest sum of shares, largest first.
-    pub worst: Vec<BlockChange>,
+    pub worst: Vec<MotionChange>,
     /// The changes of all motions, down-sampled.
     pub series: ChangeSeries,
 }
@@ -115,10 +115,10 @@ impl ChangeTotals {
 
     pub(in crate::process) fn take(
         &mut self,
-        change: &BlockChange,
+        change: &MotionChange,
         sink: &mut dyn ChangeSink,
     ) -> Result<(), Fault> {
-        let &BlockChange { line, location_errors_mm, wear_mm, cc_mm, error, .. } = change;
+        let &MotionChange { line, location_errors_mm, wear_mm, cc_mm, error, .. } = change;
         self.series.push(ChangePoint {
             line,
             location_errors_mm,
@@ -132,16 +132,16 @@ impl ChangeTotals {
             return Ok(());
         }
         self.motions_changed += 1;
-        keep_worst(&mut self.worst, change, BlockChange::sum_mm);
+        keep_worst(&mut self.worst, change, MotionChange::sum_mm);
         Ok(sink.changed(change)?)
     }
 }
 
 /// Inserts a block among the worst by `measure`. Of equal blocks the first stays first.
 pub(in crate::process) fn keep_worst(
-    worst: &mut Vec<BlockChange>,
-    change: &BlockChange,
-    measure: impl Fn(&BlockChange) -> f64,
+    worst: &mut Vec<MotionChange>,
+    change: &MotionChange,
+    measure: impl Fn(&MotionChange) -> f64,
 ) {
     let size = measure(change);
     let at = worst.partition_point(|kept| measure(kept) >= size);
@@ -156,8 +156,8 @@ mod tests {
     use super::*;
     use crate::motion::MotionKind;
 
-    fn moved(line: u64, wear_mm: f64) -> BlockChange {
-        BlockChange { wear_mm, ..BlockChange::none(line, MotionKind::Linear) }
+    fn moved(line: u64, wear_mm: f64) -> MotionChange {
+        MotionChange { wear_mm, ..MotionChange::none(line, MotionKind::Linear) }
     }
 
     #[test]
@@ -170,7 +170,7 @@ mod tests {
         }
         let expected: Vec<f64> =
             (0..ChangeTotals::WORST).map(|k| 999.0 - f64::from(u32::try_from(k / 5).unwrap())).collect();
-        assert_eq!(totals.worst.iter().map(BlockChange::sum_mm).collect::<Vec<_>>(), expected);
+        assert_eq!(totals.worst.iter().map(MotionChange::sum_mm).collect::<Vec<_>>(), expected);
         assert!(totals.worst[..5].is_sorted_by_key(|change| change.line));
         assert!(totals.worst[5..].is_sorted_by_key(|change| change.line));
         // Every thousandth motion does not move.

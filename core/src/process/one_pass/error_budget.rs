@@ -1,7 +1,7 @@
 //! The sources of a part's error, before and after, and the sources that were not modelled.
 
 use super::changes::{ChangeTotals, keep_worst};
-use crate::process::pipeline::{BlockChange, BlockError};
+use crate::process::pipeline::{MotionChange, MotionError};
 
 /// One source over a whole program: its largest shares, with their lines.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,7 +33,7 @@ pub struct BlockBudget {
     /// 1-based line of the upload.
     pub line: u64,
     /// Its errors.
-    pub error: BlockError,
+    pub error: MotionError,
 }
 
 /// A source that was not modelled, by name.
@@ -108,7 +108,7 @@ impl NotModelledKind {
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
-            Self::Thermal => "growth and bending of machine, tool and part by heat",
+            Self::Thermal => "thermal expansion and bending of machine, tool and part",
             Self::Deflection => "bending of tool, part and machine under the cutting force",
             Self::Holder => "runout of the tool and the seat of its holder",
             Self::ErrorMotions => {
@@ -122,7 +122,7 @@ impl NotModelledKind {
                 "not asked for: the program is assumed to be made for the machine that runs it, with or without location errors as the set-up states"
             }
             Self::Wear => "not asked for: the cutter is assumed to be the nominal one",
-            Self::Interpolation => "not asked for: the course between the ends of blocks is not checked",
+            Self::Interpolation => "not asked for: the path between the ends of blocks is not checked",
             Self::Drives => "no drives are known, so servo lag is not included",
             Self::ServoRefused => {
                 "the drives were not simulated: the program is too long, or the drives cannot follow it"
@@ -132,8 +132,8 @@ impl NotModelledKind {
             }
             Self::ContactAssumed => "contacts are assumed from the feed direction",
             Self::ContactUnknown => "motions whose contact is not known: their tip is used as the contact",
-            Self::Arcs => "arcs: their course between the ends is not checked",
-            Self::Rapids => "rapids: their course between the ends is not checked",
+            Self::Arcs => "arcs: their path between the ends is not checked",
+            Self::Rapids => "rapids: their path between the ends is not checked",
             Self::NotFollowed => "motions that cannot be followed are left unchanged",
             Self::ServoLeftOut => "motions left out of the simulation of the drives",
         }
@@ -180,12 +180,12 @@ pub struct ErrorBudget {
 #[derive(Debug, Default)]
 pub(in crate::process) struct Tally {
     budget: ErrorBudget,
-    worst: Vec<BlockChange>,
+    worst: Vec<MotionChange>,
 }
 
 impl Tally {
-    pub(in crate::process) fn take(&mut self, change: &BlockChange) {
-        let BlockChange { line, error, .. } = *change;
+    pub(in crate::process) fn take(&mut self, change: &MotionChange) {
+        let MotionChange { line, error, .. } = *change;
         let budget = &mut self.budget;
         let lines = [
             &mut budget.interpolation,

@@ -118,8 +118,8 @@ impl CompensationParameters {
         ProgramSetup { apply_errors, ..self.program.clone() }
     }
 
-    /// The moving step as a wear compensation. `fallback` is a cutter on which nothing depends.
-    pub(super) fn moving(&self, fallback: Tool) -> WearParameters {
+    /// The parameters of the step that moves ends. Without wear they name no cutter.
+    pub(super) fn moving(&self) -> WearParameters {
         let shared = |parameters: WearParameters| WearParameters {
             budget: self.budget,
             part: self.part.clone(),
@@ -137,7 +137,7 @@ impl CompensationParameters {
             None => shared(WearParameters {
                 contact: ContactSource::Tip,
                 part: None,
-                ..WearParameters::new(fallback, WornCutter::Tool(fallback), self.real_program())
+                ..WearParameters::new(None, None, self.real_program())
             }),
         }
     }

@@ -11,7 +11,7 @@ use crate::process::text::ProgramReading;
 use crate::program::{Dialect, Steps};
 use crate::units::{Angle, Length};
 
-/// The effect of posting the program again for the calibrated machine.
+/// The effect of computing the program anew for the calibrated machine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LocationErrorReport {
     /// Whether the machine has any error. Without errors nothing moves.

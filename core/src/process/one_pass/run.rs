@@ -9,22 +9,22 @@ use super::parameters::{CompensationParameters, ServoStep};
 use super::report::{CompensationReport, LocationErrorReport};
 use super::steps::{StepList, StepReports};
 use super::unmodelled::Unmodelled;
-use crate::machine::{LocationError, Machine, Squareness, Tool};
+use crate::machine::{LocationError, Machine, Squareness};
 use crate::process::contact_path::PathStep;
 use crate::process::fault::{Fault, LeftOut};
 use crate::process::move_ends::{MoveStep, Moved, Moves, WearParameters};
-use crate::process::pipeline::{BlockChange, Note, Resources, record};
+use crate::process::pipeline::{MotionChange, Note, Resources, record};
 use crate::process::set_up::{ProgramSetup, Stop};
 use crate::process::simulate::{SimulationParameters, simulate_lines};
 use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
 use crate::process::text::{
-    CHUNK_BYTES, LineCursor, LineMap, Place, ProgramReading, ProgramSource, Resting, Spool, read_some,
+    CHUNK_BYTES, LineCursor, LineMap, Place, ProgramReading, ProgramSource, StepStore, StoredText, read_some,
 };
 use crate::program::Steps;
-use crate::wear::SideBySide;
+use crate::side_by_side::SideBySide;
 
 /// Compensates a program with all steps its parameters name. It reads the upload once, and once the text of each
-/// step, which is stored in `spool`.
+/// step, which is stored in `store`.
 ///
 /// The ends of motions move first, for wear and location errors together and with one rounding. The rotary words of
 /// the calibrated machine are taken next to the source's. X Y Z then put the worn cutter's contact (the tip if no
@@ -40,7 +40,7 @@ pub fn compensate_program(
     machine: &Machine,
     parameters: &CompensationParameters,
     source: &dyn ProgramSource,
-    spool: &dyn Spool,
+    store: &dyn StepStore,
     output: &mut dyn Write,
     changes: &mut dyn ChangeSink,
     parts: &dyn SideBySide,
@@ -51,8 +51,7 @@ pub fn compensate_program(
     }
     let with = Resources { machine, parts, stop };
     let treatment = parameters.treatment();
-    let moving =
-        parameters.moving(parameters.cc.as_ref().and_then(|step| step.tool).unwrap_or(Tool::UNIT_BALL));
+    let moving = parameters.moving();
     let has_errors = has_errors(machine);
     let moves = parameters.moves().then(|| moves(parameters, &moving, has_errors));
     let program = moves.as_ref().map_or_else(|| parameters.real_program(), Moves::program_after);
@@ -74,18 +73,18 @@ pub fn compensate_program(
     };
     let lags = match &parameters.servo {
         None => {
-            steps.run(source, spool, output, &mut |change| sum.take(change), &with)?;
+            steps.run(source, store, output, &mut |change| sum.take(change), &with)?;
             None
         }
         Some(servo) => {
-            let mut written = BufWriter::new(spool.create(Place::Written)?);
-            let mut resting = BufWriter::new(spool.create(Place::Changes)?);
-            let note = &mut |change: &BlockChange| Ok(record::put(change, &mut resting)?);
-            let lines = steps.run(source, spool, &mut written, note, &with)?;
+            let mut written = BufWriter::new(store.create(Place::Written)?);
+            let mut resting = BufWriter::new(store.create(Place::AllChanges)?);
+            let note = &mut |change: &MotionChange| Ok(record::put(change, &mut resting)?);
+            let lines = steps.run(source, store, &mut written, note, &with)?;
             written.flush()?;
             resting.flush()?;
             drop((written, resting));
-            let drives = Drives { machine, spool, stop };
+            let drives = Drives { machine, store, stop };
             let lags = drives.lags(&lines, program, servo)?;
             drives.join(lags.is_some(), &mut |change| sum.take(change))?;
             drives.hand_on(output)?;
@@ -98,17 +97,18 @@ pub fn compensate_program(
 
 /// The step that moves ends.
 fn moves<'p>(parameters: &CompensationParameters, moving: &'p WearParameters, has_errors: bool) -> Moves<'p> {
-    let posts = parameters.location_errors && has_errors;
+    let recalibrates = parameters.location_errors && has_errors;
     // A machine without errors equals the nominal machine to the bit.
     let exact = |program: &ProgramSetup, real: bool| {
-        let apply_errors = if parameters.location_errors { posts && real } else { program.apply_errors };
+        let apply_errors =
+            if parameters.location_errors { recalibrates && real } else { program.apply_errors };
         ProgramSetup { apply_errors, ..program.clone() }
     };
     Moves {
         parameters: moving,
         source_program: exact(&moving.program, false),
         written_program: exact(&moving.program, true),
-        posts,
+        recalibrates,
         has_wear: parameters.wear.is_some(),
     }
 }
@@ -125,7 +125,7 @@ type Lags = Option<Vec<LeftOut>>;
 /// Runs the written program through the drives of the machine.
 struct Drives<'a> {
     machine: &'a Machine,
-    spool: &'a dyn Spool,
+    store: &'a dyn StepStore,
     stop: &'a Stop<'a>,
 }
 
@@ -138,9 +138,9 @@ impl Drives<'_> {
             max_samples: servo.max_samples,
             ..SimulationParameters::new(servo.drives, program)
         };
-        let mut out = BufWriter::new(self.spool.create(Place::Lags)?);
+        let mut out = BufWriter::new(self.store.create(Place::Lags)?);
         let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);
-        let text = Resting { spool: self.spool, place: Place::Written };
+        let text = StoredText { store: self.store, place: Place::Written };
         let simulated = simulate_lines(
             self.machine,
             &parameters,
@@ -163,7 +163,7 @@ impl Drives<'_> {
 
     /// Copies the written program to its destination.
     fn hand_on(&self, output: &mut dyn Write) -> Result<(), Fault> {
-        let mut text = self.spool.open(Place::Written)?;
+        let mut text = self.store.open(Place::Written)?;
         let mut chunk = vec![0; CHUNK_BYTES];
         loop {
             self.go_on()?;
@@ -176,10 +176,10 @@ impl Drives<'_> {
     }
 
     /// Adds servo lag to the changes of the motions.
-    fn join(&self, has_lags: bool, note: Note<'_, BlockChange>) -> Result<(), Fault> {
-        let mut changes = BufReader::new(self.spool.open(Place::Changes)?);
+    fn join(&self, has_lags: bool, note: Note<'_, MotionChange>) -> Result<(), Fault> {
+        let mut changes = BufReader::new(self.store.open(Place::AllChanges)?);
         let mut lags: Option<BufReader<Box<dyn Read + Send + '_>>> =
-            if has_lags { Some(BufReader::new(self.spool.open(Place::Lags)?)) } else { None };
+            if has_lags { Some(BufReader::new(self.store.open(Place::Lags)?)) } else { None };
         let mut lag = lags.as_mut().map_or(Ok(None), |lags| record::take_lag(lags))?;
         let mut motions = 0_u64;
         while let Some(mut change) = record::take(&mut changes)? {
@@ -221,7 +221,7 @@ struct Sum<'a> {
 }
 
 impl Sum<'_> {
-    fn take(&mut self, change: &BlockChange) -> Result<(), Fault> {
+    fn take(&mut self, change: &MotionChange) -> Result<(), Fault> {
         self.tally.take(change);
         self.unmodelled.see(change);
         self.totals.take(change, self.sink)
@@ -276,19 +276,19 @@ impl Done {
 }
 
 fn location_report(moved: &Moved, has_errors: bool) -> LocationErrorReport {
-    let posting = &moved.posting;
+    let found = &moved.recalibration;
     LocationErrorReport {
         has_errors,
-        motions_posted: posting.posted,
-        motions_turned: posting.turned,
-        max_tip: posting.tip.value,
-        max_tip_line: posting.tip.line,
-        max_axis: posting.axis.value,
-        max_axis_line: posting.axis.line,
-        max_turn: posting.turn.value,
-        max_turn_line: posting.turn.line,
-        max_axis_left: posting.left.value,
-        max_axis_left_line: posting.left.line,
-        held_at_pole: posting.held,
+        motions_posted: found.recalibrated,
+        motions_turned: found.turned,
+        max_tip: found.tip.value,
+        max_tip_line: found.tip.line,
+        max_axis: found.axis.value,
+        max_axis_line: found.axis.line,
+        max_turn: found.turn.value,
+        max_turn_line: found.turn.line,
+        max_axis_left: found.left.value,
+        max_axis_left_line: found.left.line,
+        held_at_pole: found.held,
     }
 }

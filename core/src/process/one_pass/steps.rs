@@ -5,9 +5,9 @@ use std::io::Write;
 use crate::process::contact_path::{CcReport, PathStep};
 use crate::process::fault::Fault;
 use crate::process::move_ends::{MoveStep, Moved};
-use crate::process::pipeline::{BlockChange, Look, Note, Resources, Step, run_chain};
+use crate::process::pipeline::{Look, MotionChange, Note, Resources, Step, run_chain};
 use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
-use crate::process::text::{LineMap, ProgramSource, Spool};
+use crate::process::text::{LineMap, ProgramSource, StepStore};
 
 /// The steps that a program goes through. Singular regions are treated first. Then the ends of motions are moved, for wear and for
 /// location errors. The course between the ends is repaired last.
@@ -34,9 +34,9 @@ impl StepList<'_> {
     pub(super) fn run(
         &mut self,
         upload: &dyn ProgramSource,
-        spool: &dyn Spool,
+        store: &dyn StepStore,
         output: &mut dyn Write,
-        note: Note<'_, BlockChange>,
+        note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<Vec<LineMap>, Fault> {
         let Self { search, singular, moves, path } = self;
@@ -45,7 +45,7 @@ impl StepList<'_> {
         steps.extend(moves.as_mut().map(|step| step as &mut dyn Step));
         steps.extend(path.as_mut().map(|step| step as &mut dyn Step));
         let look = search.as_mut().map(|search| search as &mut dyn Look);
-        run_chain(&mut steps, look, upload, spool, output, note, with)
+        run_chain(&mut steps, look, upload, store, output, note, with)
     }
 
     /// The reports after the program has gone through.

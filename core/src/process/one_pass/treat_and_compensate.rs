@@ -12,11 +12,11 @@ use crate::process::set_up::Stop;
 use crate::process::singular::{
     RegionSearch, SingularStep, SingularityAction, SingularityParameters, SingularityReport,
 };
-use crate::process::text::{ProgramSource, Spool};
-use crate::wear::SideBySide;
+use crate::process::text::{ProgramSource, StepStore};
+use crate::side_by_side::SideBySide;
 
 /// Treats the singular regions of a program, then repairs the cutter-contact path of the written program. Between
-/// the two steps the program is stored in `spool`. Regions that are only reported are found during the reading of
+/// the two steps the program is stored in `store`. Regions that are only reported are found during the reading of
 /// the path step. They refuse nothing, and the report is `None` if they cannot be listed. Lines in both reports are
 /// the upload's.
 ///
@@ -28,7 +28,7 @@ pub fn treat_and_compensate(
     cc: &CcParameters,
     singularity: &SingularityParameters,
     source: &dyn ProgramSource,
-    spool: &dyn Spool,
+    store: &dyn StepStore,
     output: &mut dyn Write,
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
@@ -42,7 +42,7 @@ pub fn treat_and_compensate(
         moves: None,
         path: Some(PathStep::new(cc)),
     };
-    steps.run(source, spool, output, &mut |_| Ok(()), &with)?;
+    steps.run(source, store, output, &mut |_| Ok(()), &with)?;
     let done = steps.reports()?;
     let report = done.path.ok_or(Fault::NothingAsked)?;
     let blocks_in = done.singular.as_ref().map_or(report.blocks_in, |treated| treated.blocks_in);

@@ -6,7 +6,7 @@ use crate::motion::{Interpolation, MotionKind};
 use crate::process::contact_path::CcReport;
 use crate::process::fault::{LeftOut, Warning, WarningKind};
 use crate::process::move_ends::WearReport;
-use crate::process::pipeline::BlockChange;
+use crate::process::pipeline::MotionChange;
 
 /// Number of motions, and the first line.
 #[derive(Debug, Clone, Copy, Default)]
@@ -46,7 +46,7 @@ pub(super) struct Unmodelled {
 }
 
 impl Unmodelled {
-    pub(super) fn see(&mut self, change: &BlockChange) {
+    pub(super) fn see(&mut self, change: &MotionChange) {
         match change.kind {
             MotionKind::Arc => self.arcs.add(1, Some(change.line)),
             MotionKind::Rapid => self.rapids.add(1, Some(change.line)),

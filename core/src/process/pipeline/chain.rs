@@ -2,15 +2,15 @@
 
 use std::io::{BufReader, BufWriter, Read, Write};
 
-use super::block_change::BlockChange;
 use super::drive::{Look, Note, Upstream};
+use super::motion_change::MotionChange;
 use super::read_back::failed;
 use super::record;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::set_up::Stop;
-use crate::process::text::{LineCursor, LineMap, Place, ProgramSource, Resting, Spool};
-use crate::wear::SideBySide;
+use crate::process::text::{LineCursor, LineMap, Place, ProgramSource, StepStore, StoredText};
+use crate::side_by_side::SideBySide;
 
 /// The resources that all steps share.
 #[derive(Clone, Copy)]
@@ -32,19 +32,24 @@ pub(in crate::process) trait Step {
         upstream: Upstream<'_>,
         look: Option<&mut dyn Look>,
         output: &mut dyn Write,
-        note: Note<'_, BlockChange>,
+        note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<LineMap, Fault>;
 
-    /// The place of the written program while a later step reads it.
-    fn rests_in(&self) -> Place;
-
-    /// The place of the motions' changes until a later step adds its own; `None` for a step that notes none.
-    fn notes_in(&self) -> Option<Place>;
+    /// Whether `note` gets every motion, with or without changes.
+    fn notes_motions(&self) -> bool;
 }
 
-/// Takes a program through these steps to `output`. Between two steps it is stored in `spool`. `look` watches the
-/// first reading. `note` gets every motion with the changes of all steps that note any. Returns the inserted lines
+/// The report of a step, available after a program has gone through.
+///
+/// # Errors
+/// No program has gone through.
+pub(in crate::process) fn reported<R>(report: Option<R>) -> Result<R, Fault> {
+    report.ok_or_else(|| failed(0, "a step did not run"))
+}
+
+/// Takes a program through these steps to `output`. Between two steps it is stored in `store`. `look` watches the
+/// first reading. `note` gets every motion with the changes of all steps that note motions. Returns the inserted lines
 /// of each step, those of the last step first.
 ///
 /// # Errors
@@ -53,28 +58,37 @@ pub(in crate::process) fn run_chain(
     steps: &mut [&mut dyn Step],
     mut look: Option<&mut dyn Look>,
     upload: &dyn ProgramSource,
-    spool: &dyn Spool,
+    store: &dyn StepStore,
     output: &mut dyn Write,
-    note: Note<'_, BlockChange>,
+    note: Note<'_, MotionChange>,
     with: &Resources<'_>,
 ) -> Result<Vec<LineMap>, Fault> {
     let mut maps: Vec<LineMap> = Vec::new();
-    let mut resting: Option<Resting<'_>> = None;
+    let mut resting: Option<StoredText<'_>> = None;
     let mut noted: Option<Place> = None;
     let count = steps.len();
     for (index, step) in steps.iter_mut().enumerate() {
         let source = resting.as_ref().map_or(upload, |text| text as &dyn ProgramSource);
         let upstream = Upstream { source, lines: maps.iter().map(LineCursor::new).collect() };
         let look = look.take();
-        let mut earlier = noted.map(|place| spool.open(place).map(BufReader::new)).transpose()?;
+        let mut earlier = noted.map(|place| store.open(place).map(BufReader::new)).transpose()?;
         let lines = if index + 1 == count {
-            let note = &mut |change: &BlockChange| note(&joined(earlier.as_mut(), change)?);
+            let note = &mut |change: &MotionChange| note(&joined(earlier.as_mut(), change)?);
             step.run(upstream, look, output, note, with)?
         } else {
-            let mut text = BufWriter::new(spool.create(step.rests_in())?);
-            let notes_in = step.notes_in();
-            let mut notes = notes_in.map(|place| spool.create(place).map(BufWriter::new)).transpose()?;
-            let note = &mut |change: &BlockChange| match &mut notes {
+            // A step never writes to the place from which it reads.
+            let text_in = match &resting {
+                Some(text) if text.place == Place::OneText => Place::OtherText,
+                _ => Place::OneText,
+            };
+            let notes_in = match noted {
+                Some(Place::OneChanges) => Place::OtherChanges,
+                _ => Place::OneChanges,
+            };
+            let notes_in = step.notes_motions().then_some(notes_in);
+            let mut text = BufWriter::new(store.create(text_in)?);
+            let mut notes = notes_in.map(|place| store.create(place).map(BufWriter::new)).transpose()?;
+            let note = &mut |change: &MotionChange| match &mut notes {
                 Some(notes) => Ok(record::put(&joined(earlier.as_mut(), change)?, notes)?),
                 None => Ok(()),
             };
@@ -84,8 +98,8 @@ pub(in crate::process) fn run_chain(
                 notes.flush()?;
             }
             drop(text);
-            noted = notes_in;
-            resting = Some(Resting { spool, place: step.rests_in() });
+            noted = notes_in.or(noted);
+            resting = Some(StoredText { store, place: text_in });
             lines
         };
         maps.insert(0, lines);
@@ -94,9 +108,9 @@ pub(in crate::process) fn run_chain(
 }
 
 /// The changes of a motion together with those of earlier steps.
-fn joined(earlier: Option<&mut impl Read>, change: &BlockChange) -> Result<BlockChange, Fault> {
+fn joined(earlier: Option<&mut impl Read>, change: &MotionChange) -> Result<MotionChange, Fault> {
     let Some(earlier) = earlier else { return Ok(*change) };
     let before = record::take(earlier)?.filter(|before| before.line == change.line);
-    let what = "a motion of the moved program does not match its record";
+    let what = "a motion does not match its record of the steps before";
     before.map(|before| before.and(change)).ok_or_else(|| failed(change.line, what))
 }

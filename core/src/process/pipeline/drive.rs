@@ -5,13 +5,14 @@
 use std::io::Write;
 
 use super::outgoing::Outgoing;
+use super::read_back::{Expected, ReadBack};
 use super::rewriter::Rewriter;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::set_up::{ProgramSetup, Stop};
 use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stretch, Survey};
 use crate::program::Dialect;
-use crate::wear::SideBySide;
+use crate::side_by_side::SideBySide;
 
 /// A program, and its line maps back to the upload from which it was written.
 pub(in crate::process) struct Upstream<'a> {
@@ -30,14 +31,14 @@ impl<'a> Upstream<'a> {
 /// A step that writes: its work on the motions of a program.
 pub(in crate::process) trait StepWork: Send {
     /// What the next motion of the written program must be.
-    type Meant: Send;
+    type Expected: Expected + Send;
     /// The check that reads the written program back.
-    type Checker: StepCheck<Meant = Self::Meant>;
+    type Checker: StepCheck<Expected = Self::Expected>;
 
     /// Works on a stretch. Returns true at its end, and false if enough is written to be handed over.
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<Self::Meant>) -> Result<bool, Fault>;
+    fn write(&mut self, stretch: &Stretch, out: &mut Outgoing<Self::Expected>) -> Result<bool, Fault>;
     /// Writes the text held back until the program's end.
-    fn end(&mut self, _out: &mut Outgoing<Self::Meant>) -> Result<(), Fault> {
+    fn end(&mut self, _out: &mut Outgoing<Self::Expected>) -> Result<(), Fault> {
         Ok(())
     }
     /// Receives the findings of the read-back and the inventory read so far. It is called between two rounds, so
@@ -53,23 +54,40 @@ pub(in crate::process) trait StepWork: Send {
 /// Reads the written program back.
 pub(in crate::process) trait StepCheck: Send {
     /// What the next motion must be.
-    type Meant;
+    type Expected: Expected;
     /// The result for one motion.
-    type Became;
+    type Outcome;
 
+    /// The reader of the written text.
+    fn read_back(&mut self) -> &mut ReadBack<Self::Expected>;
+    /// Compares every motion that has arrived with what it must be. `of` is the stretch from which the text was written.
+    /// Copied motions refer to it.
+    fn compare(&mut self, of: &Stretch) -> Result<(), Fault>;
     /// Reads this text, which was written from this stretch.
-    fn take(&mut self, written: &mut Outgoing<Self::Meant>, of: &Stretch) -> Result<(), Fault>;
+    fn take(&mut self, written: &mut Outgoing<Self::Expected>, of: &Stretch) -> Result<(), Fault> {
+        self.read_back().expect_all(&mut written.expected);
+        self.read_back().feed(&written.text);
+        self.compare(of)
+    }
     /// Called at the end of the output. Every expected motion must have been read, and nothing of the source may be
     /// lost or doubled.
-    fn finish(&mut self, source: &Inventory) -> Result<(), Fault>;
+    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
+        self.read_back().end();
+        self.compare(&Stretch::default())?;
+        self.read_back().is_whole(source)
+    }
     /// The results of the motions read back. The caller takes them away.
-    fn told(&mut self) -> &mut Vec<Self::Became>;
+    fn outcomes(&mut self) -> &mut Vec<Self::Outcome>;
 }
 
 /// Prepares stretches in program order, before they are worked on.
 pub(in crate::process) trait Prepare: Send {
     /// Prepares the next stretch.
     fn prepare(&mut self, stretch: &mut Stretch);
+    /// Whether it gives tool vectors their words. Otherwise they get them while the program is read.
+    fn resolves_vectors(&self) -> bool {
+        false
+    }
     /// The inventory of everything prepared.
     fn inventory(&self) -> &Inventory;
 }
@@ -90,7 +108,7 @@ impl Prepare for Inventory {
 pub(in crate::process) struct Surveyed<'s> {
     pub(in crate::process) source: &'s dyn ProgramSource,
     pub(in crate::process) survey: Survey,
-    /// The set-up with the tool of each section, if the step needs the same tools as a contact.
+    /// The set-up with the tool of each section. Only the path step gives it: its tools are those of the contacts.
     pub(in crate::process) program: Option<&'s ProgramSetup>,
 }
 
@@ -116,7 +134,7 @@ pub(in crate::process) type Note<'n, B> = &'n mut dyn FnMut(&B) -> Result<(), Fa
 /// The workers of a step.
 pub(in crate::process) struct Hands<'h, S: StepWork> {
     pub(in crate::process) prepare: &'h mut dyn Prepare,
-    pub(in crate::process) step: &'h mut S,
+    pub(in crate::process) work: &'h mut S,
     pub(in crate::process) check: &'h mut S::Checker,
     pub(in crate::process) look: Option<&'h mut dyn Look>,
 }
@@ -133,17 +151,16 @@ pub(in crate::process) struct StepRun<'a> {
 }
 
 impl<'a> StepRun<'a> {
-    /// Begins to read a program. Tool vectors get their words during reading. If `leaves_vectors` is set, they get
-    /// them when stretches are prepared.
+    /// Begins to read a program that `prepare` will prepare.
     pub(in crate::process) fn begin(
         Upstream { source, lines }: Upstream<'a>,
         machine: &Machine,
         program: &ProgramSetup,
-        leaves_vectors: bool,
+        prepare: &dyn Prepare,
         stop: &'a Stop<'a>,
     ) -> Result<Self, Fault> {
         let mut passages = Passages::open(source, machine, program)?.with_lines(lines);
-        if leaves_vectors {
+        if prepare.resolves_vectors() {
             passages = passages.leaving_vectors();
         }
         let (mut present, mut next) = (Stretch::default(), Stretch::default());
@@ -164,11 +181,11 @@ impl<'a> StepRun<'a> {
         &mut self,
         hands: &mut Hands<'_, S>,
         output: &mut dyn Write,
-        note: Note<'_, <S::Checker as StepCheck>::Became>,
+        note: Note<'_, <S::Checker as StepCheck>::Outcome>,
         parts: &dyn SideBySide,
     ) -> Result<(), Fault> {
         let Self { passages, worked_off, present, next, coming, stop } = self;
-        let Hands { prepare, step, check, look } = hands;
+        let Hands { prepare, work, check, look } = hands;
         prepare.prepare(present);
         let (mut is_of_present, mut is_next_prepared, mut has_ended) = (false, false, false);
         let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
@@ -180,7 +197,7 @@ impl<'a> StepRun<'a> {
             if present.passages.is_empty() && !has_ended {
                 has_ended = true;
                 if !is_refused {
-                    step.end(&mut writing)?;
+                    work.end(&mut writing)?;
                 }
             }
             let written_of = if is_of_present { &*present } else { &*worked_off };
@@ -189,7 +206,7 @@ impl<'a> StepRun<'a> {
             parts.run(vec![
                 Box::new(|| {
                     if !is_refused && !present.passages.is_empty() {
-                        worked = step.work(present, &mut writing);
+                        worked = work.write(present, &mut writing);
                     }
                 }),
                 Box::new(|| {
@@ -214,14 +231,14 @@ impl<'a> StepRun<'a> {
             ]);
             checked?;
             output.write_all(&written.text)?;
-            check.told().drain(..).try_for_each(|became| note(&became))?;
+            check.outcomes().drain(..).try_for_each(|outcome| note(&outcome))?;
             let is_worked_off = worked?;
             filled?;
             if !is_refused {
-                step.hear(check, prepare.inventory())?;
+                work.hear(check, prepare.inventory())?;
             }
             written.clear();
-            if is_refused || step.has_faults() {
+            if is_refused || work.has_faults() {
                 writing.clear();
             }
             std::mem::swap(&mut writing, &mut written);
@@ -245,11 +262,11 @@ impl<S: StepWork> Hands<'_, S> {
         &mut self,
         passages: &Passages<'_>,
         output: &mut dyn Write,
-        note: Note<'_, <S::Checker as StepCheck>::Became>,
+        note: Note<'_, <S::Checker as StepCheck>::Outcome>,
     ) -> Result<(), Fault> {
-        let Self { prepare, step, check, look } = self;
-        check.finish(&step.rewriter().inventory(prepare.inventory()))?;
-        check.told().drain(..).try_for_each(|became| note(&became))?;
+        let Self { prepare, work, check, look } = self;
+        check.finish(&work.rewriter().inventory(prepare.inventory()))?;
+        check.outcomes().drain(..).try_for_each(|outcome| note(&outcome))?;
         output.flush()?;
         look.as_mut().map_or(Ok(()), |look| look.finish(passages))
     }

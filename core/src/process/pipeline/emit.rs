@@ -7,6 +7,9 @@ use crate::program::{
     Address, Batch, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed, round_to_decimals,
 };
 
+/// Smallest F that is written, in the program's own unit.
+pub(in crate::process) const MIN_FEED: f64 = 1e-6;
+
 /// A written number this close to the intended one is equal to it \[program units\].
 const SAME_WORD: f64 = 1e-9;
 /// Largest relative rounding error of an F word. If the source's decimals are too coarse, finer ones are used.

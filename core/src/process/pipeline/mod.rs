@@ -1,27 +1,31 @@
 //! The only way of a program through a writing step: read in stretches, worked on, written, read back, handed over.
 
-mod block_change;
 mod chain;
 mod deviation;
 mod drive;
 mod emit;
 mod feed_at_risk;
+mod meaning;
+mod motion_change;
 mod outgoing;
 mod read_back;
 pub(in crate::process) mod record;
 mod rewriter;
 mod series;
 
-pub use block_change::{BlockChange, BlockError, ErrorShares};
 pub use deviation::DeviationSummary;
+pub use motion_change::{ErrorShares, MotionChange, MotionError};
 pub use series::{Series, SeriesPoint};
 
-pub(in crate::process) use chain::{Resources, Step, run_chain};
+pub(in crate::process) use chain::{Resources, Step, reported, run_chain};
 pub(in crate::process) use deviation::DeviationTotals;
 pub(in crate::process) use drive::{
     Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Surveyed, Upstream,
 };
-pub(in crate::process) use emit::{Emitter, differs, exact_decimals, form, in_units, letter, rounded_feed};
+pub(in crate::process) use emit::{
+    Emitter, MIN_FEED, differs, exact_decimals, form, in_units, letter, rounded_feed,
+};
+pub(in crate::process) use meaning::{Meaning, SAME_WORD, same_words};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
-pub(in crate::process) use read_back::{Awaited, BeforeAfter, MachineWord, ReadBack, TIME_ROUNDING, failed};
+pub(in crate::process) use read_back::{BeforeAfter, Expected, MachineWord, ReadBack, TIME_ROUNDING, failed};
 pub(in crate::process) use rewriter::{Placed, Rewriter};

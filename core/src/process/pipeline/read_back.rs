@@ -15,7 +15,7 @@ use crate::process::text::Inventory;
 use crate::program::{Address, Batch, Block, Diagnostics, Dialect, ReadLimits, Reader, Severity, Word};
 
 /// What the next motion of the written program must be.
-pub(in crate::process) trait Awaited {
+pub(in crate::process) trait Expected {
     /// Its line of the source.
     fn line(&self) -> u64;
     /// The message if it never comes.
@@ -60,7 +60,7 @@ pub(in crate::process) struct ReadBack<E> {
     motions_before: u64,
 }
 
-impl<E: Awaited> ReadBack<E> {
+impl<E: Expected> ReadBack<E> {
     pub(in crate::process) fn new(machine: &Machine, dialect: Dialect, program: &ProgramSetup) -> Self {
         Self {
             reader: Reader::new(Some(dialect), ReadLimits::default()),
@@ -184,7 +184,7 @@ impl<E: Awaited> ReadBack<E> {
     }
 
     /// Takes over the expected motions, in the order written, and leaves the queue empty.
-    pub(in crate::process) fn await_all(&mut self, next: &mut VecDeque<E>) {
+    pub(in crate::process) fn expect_all(&mut self, next: &mut VecDeque<E>) {
         if self.expected.is_empty() {
             std::mem::swap(&mut self.expected, next);
         } else if !next.is_empty() {
@@ -223,7 +223,7 @@ impl<E: Awaited> ReadBack<E> {
     }
 
     /// Removes the next expected motion and returns it.
-    pub(in crate::process) fn take_awaited(&mut self) -> Option<E> {
+    pub(in crate::process) fn take_expected(&mut self) -> Option<E> {
         self.pop()
     }
 
@@ -249,7 +249,7 @@ impl<E: Awaited> ReadBack<E> {
             self.inventory.see(&self.batch);
             self.note_words();
             if self.diagnostics.count(Severity::Refusal) > 0 {
-                let line = self.expected.front().map_or(0, Awaited::line);
+                let line = self.expected.front().map_or(0, Expected::line);
                 return Err(failed(line, "the written program cannot be read"));
             }
         }
@@ -271,7 +271,7 @@ impl<E: Awaited> ReadBack<E> {
         if self.diagnostics.count(Severity::Warning) == 0 {
             return Ok(());
         }
-        let line = self.expected.front().map_or(0, Awaited::line);
+        let line = self.expected.front().map_or(0, Expected::line);
         Err(failed(line, "the written program cannot be read"))
     }
 

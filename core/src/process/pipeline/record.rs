@@ -3,35 +3,28 @@
 use std::io;
 use std::io::{Read, Write};
 
-use super::block_change::{BlockChange, BlockError, ErrorShares};
+use super::motion_change::{ErrorShares, MotionChange, MotionError};
 use crate::motion::MotionKind;
 
 const KINDS: [MotionKind; 4] = [MotionKind::Rapid, MotionKind::Linear, MotionKind::Arc, MotionKind::Opaque];
-const NUMBERS: usize = 10;
+const NUMBERS: usize = 16;
 const BYTES: usize = 8 + 4 + 1 + 4 * NUMBERS;
 
-/// Writes one record, without servo lag.
-pub(in crate::process) fn put(change: &BlockChange, out: &mut dyn Write) -> io::Result<()> {
-    let BlockError { before, after, axis_after_rad, .. } = change.error;
-    let numbers: [f64; NUMBERS] = [
-        change.location_errors_mm,
-        change.axis_rad,
-        change.wear_mm,
-        change.cc_mm,
-        before.interpolation_mm,
-        before.location_errors_mm,
-        before.wear_mm,
-        after.interpolation_mm,
-        after.rounding_mm,
-        axis_after_rad,
-    ];
+/// Writes one record.
+pub(in crate::process) fn put(change: &MotionChange, out: &mut dyn Write) -> io::Result<()> {
+    let &MotionChange { line, kind, location_errors_mm, axis_rad, wear_mm, cc_mm, blocks_out, error } =
+        change;
+    let MotionError { before, after, axis_before_rad, axis_after_rad } = error;
+    let changes = [location_errors_mm, axis_rad, wear_mm, cc_mm];
+    let numbers =
+        changes.into_iter().chain(before.list()).chain(after.list()).chain([axis_before_rad, axis_after_rad]);
     let mut bytes = [0; BYTES];
-    let kind = KINDS.iter().position(|kind| *kind == change.kind).unwrap_or(0);
+    let kind = KINDS.iter().position(|known| *known == kind).unwrap_or(0);
     let (head, tail) = bytes.split_at_mut(13);
-    head[..8].copy_from_slice(&change.line.to_le_bytes());
-    head[8..12].copy_from_slice(&change.blocks_out.to_le_bytes());
+    head[..8].copy_from_slice(&line.to_le_bytes());
+    head[8..12].copy_from_slice(&blocks_out.to_le_bytes());
     head[12] = u8::try_from(kind).unwrap_or(0);
-    for (number, place) in numbers.into_iter().zip(tail.chunks_exact_mut(4)) {
+    for (number, place) in numbers.zip(tail.chunks_exact_mut(4)) {
         #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough here")]
         place.copy_from_slice(&(number as f32).to_le_bytes());
     }
@@ -39,7 +32,7 @@ pub(in crate::process) fn put(change: &BlockChange, out: &mut dyn Write) -> io::
 }
 
 /// Reads one record; `None` at the end.
-pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<BlockChange>> {
+pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<MotionChange>> {
     let mut bytes = [0; BYTES];
     if !fill(input, &mut bytes)? {
         return Ok(None);
@@ -55,16 +48,11 @@ pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<BlockC
         single.copy_from_slice(place);
         *number = f64::from(f32::from_le_bytes(single));
     }
-    let [location_errors_mm, axis_rad, wear_mm, cc_mm, from, location, wear, to, rounding_mm, axis_after_rad] =
+    let [location_errors_mm, axis_rad, wear_mm, cc_mm, shares @ .., axis_before_rad, axis_after_rad] =
         numbers;
-    let before = ErrorShares {
-        interpolation_mm: from,
-        location_errors_mm: location,
-        wear_mm: wear,
-        ..ErrorShares::default()
-    };
-    let after = ErrorShares { interpolation_mm: to, rounding_mm, ..ErrorShares::default() };
-    Ok(Some(BlockChange {
+    let [b0, b1, b2, b3, b4, a0, a1, a2, a3, a4] = shares;
+    let [before, after] = [[b0, b1, b2, b3, b4], [a0, a1, a2, a3, a4]].map(ErrorShares::of_list);
+    Ok(Some(MotionChange {
         line: u64::from_le_bytes(line),
         kind: KINDS.get(usize::from(head[12])).copied().unwrap_or(MotionKind::Opaque),
         location_errors_mm,
@@ -72,7 +60,7 @@ pub(in crate::process) fn take(input: &mut dyn Read) -> io::Result<Option<BlockC
         wear_mm,
         cc_mm,
         blocks_out: u32::from_le_bytes(blocks),
-        error: BlockError { before, after, axis_before_rad: axis_rad, axis_after_rad },
+        error: MotionError { before, after, axis_before_rad, axis_after_rad },
     }))
 }
 
@@ -116,13 +104,23 @@ mod tests {
 
     #[test]
     fn a_record_comes_back() {
-        let mut change = BlockChange::none(1 << 40, MotionKind::Arc);
-        (change.location_errors_mm, change.wear_mm, change.cc_mm) = (0.5, 0.25, 0.125);
-        (change.axis_rad, change.blocks_out) = (0.001_953_125, 7);
-        change.error.before.interpolation_mm = 0.0625;
-        change.error.after.rounding_mm = 0.000_976_562_5;
-        change.error.axis_before_rad = change.axis_rad;
-        change.error.axis_after_rad = 0.000_030_517_578_125;
+        // Every member has another number, and all of them are exact in single precision.
+        let shares = |first: f64| ErrorShares::of_list([0.0, 1.0, 2.0, 3.0, 4.0].map(|k| first + k));
+        let change = MotionChange {
+            line: 1 << 40,
+            kind: MotionKind::Arc,
+            location_errors_mm: 0.5,
+            axis_rad: 0.001_953_125,
+            wear_mm: 0.25,
+            cc_mm: 0.125,
+            blocks_out: 7,
+            error: MotionError {
+                before: shares(10.0),
+                after: shares(20.0),
+                axis_before_rad: 0.000_976_562_5,
+                axis_after_rad: 0.000_030_517_578_125,
+            },
+        };
         let mut bytes = Vec::new();
         put(&change, &mut bytes).unwrap();
         put_lag(9, 0.5, &mut bytes).unwrap();

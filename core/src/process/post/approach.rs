@@ -72,7 +72,7 @@ impl Approach {
             _ => ['X', 'Y', 'Z'],
         };
         [
-            "(RETRACT THE TOOL BEFORE THE START: WHERE THE MACHINE STANDS IS NOT KNOWN)".to_owned(),
+            "(RETRACT THE TOOL BEFORE THE START. THE START POSITION IS NOT KNOWN)".to_owned(),
             format!(
                 "({first} {second} TURN FIRST AND ALONE, THEN {before} {between} MOVE, {last} COMES LAST)"
             ),

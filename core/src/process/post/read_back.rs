@@ -11,7 +11,7 @@ use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
 use crate::process::fault::Fault;
-use crate::process::pipeline::{Awaited, MachineWord, ReadBack, failed};
+use crate::process::pipeline::{Expected, MachineWord, ReadBack, failed};
 use crate::process::set_up::ProgramSetup;
 use crate::program::{Address, Dialect};
 
@@ -43,7 +43,7 @@ pub(super) struct Part {
     pub(super) is_last: bool,
 }
 
-impl Awaited for ExpectedPoint {
+impl Expected for ExpectedPoint {
     fn line(&self) -> u64 {
         self.point.line
     }

@@ -21,6 +21,10 @@ pub enum ContactSource {
 }
 
 impl ContactSource {
+    /// In a finishing pass the feed turns by a few degrees from block to block. At a link or a corner it turns by
+    /// more than this.
+    pub const PASS_BREAK_DEG: f64 = 15.0;
+
     /// The name in the contract.
     #[must_use]
     pub const fn name(self) -> &'static str {

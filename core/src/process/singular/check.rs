@@ -12,11 +12,11 @@ use crate::contact::{Effort, Station, within_tolerance};
 use crate::geometry::angle_between;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Motion, MotionKind};
-use crate::process::contact_path::{DividedBlock, Meaning, PathCheck, same_words};
+use crate::process::contact_path::{DividedBlock, PathCheck};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::TIME_ROUNDING;
-use crate::process::pipeline::{Awaited, Outgoing, ReadBack, StepCheck, failed};
-use crate::process::text::{Inventory, Stretch};
+use crate::process::pipeline::{Expected, Meaning, ReadBack, StepCheck, failed, same_words};
+use crate::process::text::Stretch;
 use crate::program::Dialect;
 
 /// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
@@ -42,7 +42,7 @@ pub(super) enum ExpectedInRegion<'a> {
     Part { group: Arc<DividedBlock<'a>>, index: usize, region: RegionNumber },
 }
 
-impl Awaited for ExpectedInRegion<'_> {
+impl Expected for ExpectedInRegion<'_> {
     fn line(&self) -> u64 {
         match self {
             Self::Same { line, .. } => *line,
@@ -65,27 +65,23 @@ pub(super) struct RegionCheck<'a> {
     read_back: ReadBack<ExpectedInRegion<'a>>,
     pub(super) written: RegionFiguresWritten,
     pub(super) effort: Effort<'a>,
-    told: Vec<()>,
+    outcomes: Vec<()>,
 }
 
 impl<'a> StepCheck for RegionCheck<'a> {
-    type Meant = ExpectedInRegion<'a>;
-    type Became = ();
+    type Expected = ExpectedInRegion<'a>;
+    type Outcome = ();
 
-    fn take(&mut self, written: &mut Outgoing<ExpectedInRegion<'a>>, _of: &Stretch) -> Result<(), Fault> {
-        self.read_back.await_all(&mut written.expected);
-        self.read_back.feed(&written.text);
+    fn read_back(&mut self) -> &mut ReadBack<ExpectedInRegion<'a>> {
+        &mut self.read_back
+    }
+
+    fn compare(&mut self, _of: &Stretch) -> Result<(), Fault> {
         self.read()
     }
 
-    fn finish(&mut self, source: &Inventory) -> Result<(), Fault> {
-        self.read_back.end();
-        self.read()?;
-        self.read_back.is_whole(source)
-    }
-
-    fn told(&mut self) -> &mut Vec<()> {
-        &mut self.told
+    fn outcomes(&mut self) -> &mut Vec<()> {
+        &mut self.outcomes
     }
 }
 
@@ -97,7 +93,7 @@ impl<'a> RegionCheck<'a> {
         effort: Effort<'a>,
     ) -> Self {
         let read_back = ReadBack::new(machine, dialect, &planner.cutting.parameters.program);
-        Self { planner, read_back, written: RegionFiguresWritten::default(), told: Vec::new(), effort }
+        Self { planner, read_back, written: RegionFiguresWritten::default(), outcomes: Vec::new(), effort }
     }
 
     /// Blocks of the output so far.

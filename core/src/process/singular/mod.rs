@@ -14,15 +14,16 @@ mod planner;
 mod regions;
 mod report;
 mod smooth;
+mod step;
 mod taut_string;
-mod treat;
 mod words;
+mod work;
 
 pub use parameters::{SingularityAction, SingularityParameters};
 pub use report::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityReport,
 };
-pub use treat::treat_singular_regions;
+pub use step::treat_singular_regions;
 
 pub(in crate::process) use find::RegionSearch;
-pub(in crate::process) use treat::SingularStep;
+pub(in crate::process) use step::SingularStep;

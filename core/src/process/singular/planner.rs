@@ -8,8 +8,8 @@ use super::report::LeftReason;
 use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word, rotary_rad};
 use crate::machine::Travel;
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
-use crate::process::contact_path::{Checked, Division, MIN_FEED, is_too_fast};
-use crate::process::pipeline::rounded_feed;
+use crate::process::contact_path::{Checked, Division, is_too_fast};
+use crate::process::pipeline::{MIN_FEED, rounded_feed};
 use crate::process::text::Survey;
 use crate::program::NewWord;
 

@@ -7,21 +7,21 @@ mod line_map;
 mod look_through;
 mod numbering;
 mod reading;
-mod spool;
+mod step_store;
 mod stream;
 mod survey;
 mod tools_at_work;
 mod unknown_axes;
 
 pub use reading::{OffsetUse, ProgramReading, ToolUse};
-pub use spool::{MemorySpool, Place, Spool};
+pub use step_store::{MemoryStepStore, Place, StepStore};
 pub use stream::ProgramSource;
 
 pub(in crate::process) use dialect_fit::DialectFit;
 pub(in crate::process) use inventory::Inventory;
 pub(in crate::process) use line_map::{LineCursor, LineMap, line_ends};
 pub(in crate::process) use numbering::Numbering;
-pub(in crate::process) use spool::Resting;
+pub(in crate::process) use step_store::StoredText;
 pub(in crate::process) use stream::{CHUNK_BYTES, MotionPoses, Passage, Passages, Stretch, read_some};
 pub(in crate::process) use survey::Survey;
 pub(in crate::process) use unknown_axes::naming_unknown_axes;

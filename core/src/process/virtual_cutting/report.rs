@@ -89,7 +89,7 @@ pub struct ResidualSummary {
     pub gouged_by_rapid: u64,
     /// Most material left; `None` if none is left.
     pub max_excess: Option<Extreme>,
-    /// Deepest gouge; `None` if there is none.
+    /// Deepest gouge; `None` if no sample is gouged.
     pub max_gouge: Option<Extreme>,
     /// Mean residual of the samples cut \[mm\].
     pub mean_mm: f64,

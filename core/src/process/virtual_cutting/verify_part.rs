@@ -13,9 +13,10 @@ use crate::process::fault::{Fault, LeftOutReason, LeftOuts, LineFaults, WarningK
 use crate::process::set_up::{Need, SetUps, Stop};
 use crate::process::text::{Passages, ProgramReading, ProgramSource};
 use crate::program::{Batch, Dialect};
+use crate::side_by_side::SideBySide;
 use crate::surface::SurfacePoint;
 use crate::units::Length;
-use crate::wear::{CutLeave, NeedleBed, Residual, SideBySide, SweepBatch};
+use crate::wear::{CutLeave, NeedleBed, Residual, SweepBatch};
 
 /// Number of pieces in the first batch.
 const FIRST_BATCH: usize = 64;

@@ -55,8 +55,8 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').take(MAX_LINES)
 }
 
-/// The dialect that the first unmistakable line shows. Without such a line it is OSP if two lines show OSP. It is
-/// Sinumerik if words have `=` after their letters and no line begins like an ISO program or a template. Otherwise it
+/// The dialect that the first unmistakable line shows. Without such a line it is OSP if a line selects a work offset of
+/// OSP. It is Sinumerik if words have `=` after their letters and no line begins like an ISO program or a template. Otherwise it
 /// is ISO.
 fn marked(text: &[u8]) -> Shown {
     let is_other = |line: &[u8]| {
@@ -75,7 +75,7 @@ fn marked(text: &[u8]) -> Shown {
             return Shown::Foreign(dialect, number as u64);
         }
     }
-    if okuma::has_marks(lines(text)) {
+    if lines(text).any(okuma::selects_offset) {
         return Shown::Dialect(Dialect::Okuma);
     }
     let assigns = lines(text).any(assigns_a_word) && !lines(text).any(is_other);

@@ -53,7 +53,7 @@ pub(super) enum Stages {
 struct Going {
     wear: f64,
     rate: f64,
-    /// Start of the next stage \[spans\]; infinite if there is none.
+    /// Start of the next stage \[spans\]; infinite in the last stage.
     next: f64,
     is_still: bool,
     reference: f64,

@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 use super::boxes::AxisBox;
 use super::leave::{CutLeave, Share};
 use super::tile::Tile;
-use super::{Residual, SideBySide, SweepBatch};
+use super::{Residual, SweepBatch};
 use crate::contact::CutterBody;
+use crate::side_by_side::SideBySide;
 use crate::surface::SurfacePoint;
 use crate::units::Length;
 

@@ -11,12 +11,10 @@ mod boxes;
 mod leave;
 mod residual;
 mod section;
-mod side_by_side;
 mod sweep;
 mod tile;
 
 pub use bed::{CutCounts, NeedleBed};
 pub use leave::CutLeave;
 pub use residual::Residual;
-pub use side_by_side::{OneAfterAnother, SideBySide};
 pub use sweep::SweepBatch;

@@ -18,9 +18,12 @@ const GAP_SHARE: f64 = 0.02;
 const ENTRY_MM: f64 = 1e-11;
 /// Bounds on the number of steps. They are only reached by rounding.
 const MAX_STEPS: usize = 60;
-const MAX_LEVELS: usize = 100;
 /// Levels after which the entry counts as on a fold, and tangent planes are used.
 const SMOOTH_LEVELS: usize = 2;
+/// Levels after which the entry counts as on a fold where entries decrease too slowly, and heights are bisected.
+const LEVELS: usize = 24;
+/// Accuracy of a bisected entry: that of a least distance \[mm\].
+const BISECTED_MM: f64 = 1e-9;
 
 /// A needle in the frame of the tool, at both ends of a piece.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +48,14 @@ struct Mark {
 struct Least {
     mark: Mark,
     /// Marks on either side of it, with the distance decreasing and increasing; `None` at an end of the line.
+    between: Option<[Mark; 2]>,
+}
+
+/// A position of the piece that enters below a height.
+#[derive(Debug, Clone, Copy)]
+struct Entering {
+    u: f64,
+    /// Marks on either side of the least distance, if nothing else decides u.
     between: Option<[Mark; 2]>,
 }
 
@@ -184,21 +195,15 @@ impl Section {
     /// the stock's height and its entry, and so every height between.
     #[inline]
     pub(super) fn entry_below(&self, body: &CutterBody, stock_mm: f64, best_mm: f64) -> Option<f64> {
-        let mut lowest = None;
         let mut s_mm = best_mm;
-        for step in 0..MAX_LEVELS {
-            let level = self.level(s_mm);
-            let Some(Least { mark, between }) = level.least(body, FLOOR_MM) else { break };
-            let Some(u) = self.counting(body, stock_mm, s_mm, mark.u) else { break };
-            let is_free = u.to_bits() == mark.u.to_bits();
-            let distance_mm = if is_free { mark.distance_mm } else { level.mark(body, u).distance_mm };
-            if distance_mm >= FLOOR_MM {
-                break;
-            }
+        let mut lowest = None;
+        let mut down_mm = 0.0;
+        for step in 0..LEVELS {
+            let Some(Entering { u, between }) = self.entering(body, stock_mm, s_mm) else { return lowest };
             let mut entered_mm = self.entry_at(body, u, s_mm);
-            if let Some(between) = between.filter(|_| is_free && step >= SMOOTH_LEVELS)
+            if let Some(between) = between.filter(|_| step >= SMOOTH_LEVELS)
                 && let Some(u) = self.on_fold(body, s_mm, between)
-                && level.mark(body, u).distance_mm < FLOOR_MM
+                && self.level(s_mm).mark(body, u).distance_mm < FLOOR_MM
                 && self
                     .counting(body, stock_mm, s_mm, u)
                     .is_some_and(|nearest| nearest.to_bits() == u.to_bits())
@@ -206,12 +211,51 @@ impl Section {
                 entered_mm = entered_mm.min(self.entry_at(body, u, s_mm));
             }
             if entered_mm >= s_mm {
-                break;
+                return lowest;
             }
+            down_mm = s_mm - entered_mm;
             s_mm = entered_mm;
             lowest = Some(s_mm);
         }
-        lowest
+        Some(self.bisected(body, stock_mm, s_mm, down_mm))
+    }
+
+    /// A position of the piece that enters below the height `s_mm` and also contains `stock_mm`.
+    #[inline]
+    fn entering(&self, body: &CutterBody, stock_mm: f64, s_mm: f64) -> Option<Entering> {
+        let level = self.level(s_mm);
+        let Least { mark, between } = level.least(body, FLOOR_MM)?;
+        let u = self.counting(body, stock_mm, s_mm, mark.u)?;
+        let is_free = u.to_bits() == mark.u.to_bits();
+        let distance_mm = if is_free { mark.distance_mm } else { level.mark(body, u).distance_mm };
+        (distance_mm < FLOOR_MM).then_some(Entering { u, between: between.filter(|_| is_free) })
+    }
+
+    /// The smallest entry below `high_mm`, an entry that was reached by a last step of `down_mm`. A position that
+    /// enters below a height also contains every height between it and the stock, so heights can be bisected.
+    #[cold]
+    fn bisected(&self, body: &CutterBody, stock_mm: f64, mut high_mm: f64, mut down_mm: f64) -> f64 {
+        let entry_mm = |at_mm: f64| {
+            let found = self.entering(body, stock_mm, at_mm)?;
+            Some(self.entry_at(body, found.u, at_mm).min(at_mm))
+        };
+        let mut low_mm = high_mm - down_mm;
+        for _ in 0..MAX_STEPS {
+            let Some(entered_mm) = entry_mm(low_mm) else { break };
+            down_mm *= 2.0;
+            (high_mm, low_mm) = (entered_mm, entered_mm - down_mm);
+        }
+        for _ in 0..MAX_STEPS {
+            if high_mm - low_mm <= BISECTED_MM {
+                break;
+            }
+            let middle_mm = 0.5 * (low_mm + high_mm);
+            match entry_mm(middle_mm) {
+                Some(entered_mm) => high_mm = entered_mm,
+                None => low_mm = middle_mm,
+            }
+        }
+        high_mm
     }
 
     /// The intersection of the tangent planes of d(s, u) at two marks of the level `s_mm` with the plane d = 0, if

@@ -21,7 +21,7 @@ const ROUNDING_MM: f64 = 1e-9;
 pub(super) struct Needle {
     point_mm: Vec3,
     normal: Vec3,
-    /// Height of the lowest entry so far; the stock's height if there is none \[mm\].
+    /// Height of the lowest entry so far \[mm\]. Before the first entry it is the stock's height.
     height_mm: f64,
     line: u64,
     /// Index of its sample.

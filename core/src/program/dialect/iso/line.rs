@@ -179,7 +179,7 @@ fn is_exponent(line: &Line<'_>) -> bool {
 
 /// Fails the line because of an exponent at the present position.
 #[cold]
-fn fail_exponent(line: &mut Line<'_>) {
+pub(in crate::program::dialect) fn fail_exponent(line: &mut Line<'_>) {
     let start = number_start(line.text, line.start, line.at);
     line.fail_with(|text| DiagnosticCode::Exponent { text }, start);
 }

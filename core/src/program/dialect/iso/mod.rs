@@ -5,7 +5,7 @@ mod line;
 mod statement;
 
 pub(in crate::program) use line::read_line;
-pub(super) use line::read_plain_line;
+pub(super) use line::{fail_exponent, read_plain_line};
 
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;

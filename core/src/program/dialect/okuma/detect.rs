@@ -10,10 +10,12 @@ const TABLES: [&[u8]; 6] = [b"VZOF", b"VZSH", b"VTOF", b"VTLN", b"VGRIN", b"VSIO
 
 /// `$FLANGE.MIN%`: the name of the file in which a program was kept.
 pub(super) fn is_program_file(line: &[u8]) -> bool {
+    let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
     let Some(name) = line.strip_prefix(b"$") else { return false };
     let name = name.strip_suffix(b"%").unwrap_or(name);
     FILES.iter().any(|kind| {
-        name.len() > kind.len() && name.get(name.len() - kind.len()..).is_some_and(|end| end == *kind)
+        name.len() > kind.len()
+            && name.get(name.len() - kind.len()..).is_some_and(|end| end.eq_ignore_ascii_case(kind))
     })
 }
 
@@ -37,17 +39,12 @@ fn has_variables(statement: &[u8]) -> bool {
     })
 }
 
-/// Whether two lines together show that a text is an OSP program, if no line alone does. One line has `G15 H` or
-/// `G16 H`, which select a work coordinate system in OSP. The other has `G56` and H, which is a tool length in OSP and
-/// a work offset without H everywhere else.
-pub(in crate::program::dialect) fn has_marks<'a>(lines: impl Iterator<Item = &'a [u8]>) -> bool {
-    let (mut selects, mut has_length) = (false, false);
-    for line in lines {
-        let codes = Codes::of(line);
-        selects |= codes.has_h && (codes.has(15) || codes.has(16));
-        has_length |= codes.has_h && codes.has(56);
-    }
-    selects && has_length
+/// Whether a line has `G15 H` or `G16 H`, which select a work coordinate system in OSP. Elsewhere G15 and G16 switch
+/// polar words, and H beside them belongs to a length of the same line: G43, G44 or G49.
+pub(in crate::program::dialect) fn selects_offset(line: &[u8]) -> bool {
+    let codes = Codes::of(line);
+    let has_length = [43, 44, 49].into_iter().any(|code| codes.has(code));
+    codes.has_h && !has_length && (codes.has(15) || codes.has(16))
 }
 
 /// The codes in a line of letters and whole numbers.
@@ -95,20 +92,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_work_offset_by_h_and_a_length_by_g56_show_a_program_together_and_not_alone() {
-        let shown = |text: &str| has_marks(text.as_bytes().split(|byte| *byte == b'\n'));
-        assert!(shown("O1\nN10 G15 H1\nT1 M6\nG0 X1. Y2.\nG56 Z5. H01\n"));
-        assert!(shown("G90G0G16H0Z100.\r\nG56H3Z5\r\n"));
-        for text in [
-            "G15 H1\nG0 X1\n",
-            "O0001 (PROGRAM)\nN0100 G56 Z4.3307 H01\n",
-            "G15\nG56 Z5. H1\n",
-            "(G15 H1)\nG56 Z5. H1\n",
-            "G15 H1\nG56 X1 (H1)\n",
-            "G15.1 H1\nG56.1 H1\n",
-            "G15 H#1\nG56 Z5 H1\n",
+    fn a_work_offset_by_h_shows_a_program_and_the_number_of_a_length_does_not() {
+        for line in ["G15 H1", "N10 G15 H1", "G90G0G16H0Z100.\r", "G15 H02 (G43)"] {
+            assert!(selects_offset(line.as_bytes()), "{line}");
+        }
+        for line in [
+            "N0100 G56 Z4.3307 H01",
+            "G15",
+            "(G15 H1)",
+            "G15 (H1)",
+            "G15.1 H1",
+            "G15 H#1",
+            "G17 G15 G43 H1",
+            "G44 G16 H2",
+            "G49 G15 H0",
         ] {
-            assert!(!shown(text), "{text}");
+            assert!(!selects_offset(line.as_bytes()), "{line}");
         }
     }
 
@@ -116,6 +115,8 @@ mod tests {
     fn files_are_told_by_their_kind() {
         for (line, expected) in [
             ("$FLANGE.MIN%", true),
+            ("$flange.min%", true),
+            ("\u{feff}$FLANGE.MIN%", true),
             ("$A.SSB", true),
             ("$.MIN%", false),
             ("$100", false),

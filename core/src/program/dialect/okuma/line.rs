@@ -1,9 +1,10 @@
 //! Turns one line of an OSP program into words. Plain lines are read as those of ISO programs.
 
+use super::detect::is_program_file;
 use crate::program::comment::comment_end;
 use crate::program::dialect::line::{Extent, Line, REPEATABLE, Source};
 use crate::program::dialect::{LineRead, iso};
-use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
+use crate::program::number::{MAX_MAGNITUDE, follows_number, read_unsigned};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode};
 
 /// Statements that call a program once. `MODIN` calls a program after every motion up to `MODOUT`.
@@ -23,8 +24,8 @@ pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
             b'\n' | b'\r' => break,
             b' ' | b'\t' | 0x7f => line.at += 1,
             b'(' => comment(&mut line),
-            // `$PART.MIN%`: the name of the file, before the program or between two programs.
-            b'%' | b'$' if line.is_untouched() => tape_mark(&mut line),
+            b'%' if line.is_untouched() => tape_mark(&mut line),
+            b'$' if line.is_untouched() => dollar(&mut line),
             b'/' if line.has_only_number() => skip_mark(&mut line),
             0xef if line.is_at_byte_order_mark() => line.at += 3,
             letter if letter.is_ascii_alphabetic() => word(&mut line, letter),
@@ -34,6 +35,17 @@ pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     }
     let kind = kind_of(&line);
     line.close(kind)
+}
+
+/// `$PART.MIN%`: the name of the file, before the program or between two programs. Any other `$` continues the block
+/// before it.
+fn dollar(line: &mut Line<'_>) {
+    let rest = line.text.get(line.at..).unwrap_or_default();
+    let end = memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+    if is_program_file(rest.get(..end).unwrap_or_default().trim_ascii_end()) {
+        return tape_mark(line);
+    }
+    line.fail_with(|text| DiagnosticCode::LineContinues { text }, line.at);
 }
 
 fn tape_mark(line: &mut Line<'_>) {
@@ -68,6 +80,9 @@ fn word(line: &mut Line<'_>, letter: u8) {
     let is_negative = line.byte(sign) == b'-';
     let is_signed = is_negative || line.byte(sign) == b'+';
     let at = if is_signed { line.blanks_end(sign + 1) } else { sign };
+    if address == Address::E && follows_number(line.text, line.start, start) {
+        return iso::fail_exponent(line);
+    }
     match read_unsigned(line.text, at) {
         Some(number) if is_followed_by_more(line, number.end) => not_read(line),
         Some(number) if number.value <= MAX_MAGNITUDE => {
@@ -103,14 +118,21 @@ fn named(line: &mut Line<'_>, address: Address) {
     match address {
         // `OPART`; `NLAP1 G0 X5`: another part of the program can call a block by its name.
         Address::O if is_name && line.opens() => line.name(Address::O, start, 1, end),
-        Address::N if is_name && line.is_untouched() => line.name(Address::N, start, 1, end),
+        Address::N if is_name && line.is_untouched() && end - start <= LONGEST_BLOCK_NAME => {
+            line.name(Address::N, start, 1, end);
+        }
         _ => not_read(line),
     }
 }
 
+/// N and at most four letters or digits. In a longer one, words follow the name without a blank: `NLAPG91`.
+const LONGEST_BLOCK_NAME: usize = 5;
+/// Statements that begin like a name.
+const NO_NAMES: [&[u8]; 4] = [b"NOEX", b"NCYL", b"NMSG", b"OMIT"];
+
 /// Whether these letters are a statement, although they begin like a name.
 fn is_function(letters: &[u8]) -> bool {
-    letters.eq_ignore_ascii_case(b"NOEX")
+    NO_NAMES.iter().any(|name| letters.eq_ignore_ascii_case(name))
 }
 
 /// One after the letters and digits that start at a byte.
@@ -182,12 +204,25 @@ mod tests {
             "G1 X[5]",
             "X#1",
             "; note",
+            "NCYL X5. Y6.",
+            "OMIT R2",
+            // Words that follow a name without a blank.
+            "NLAPG91",
+            "NL1X200",
+            "NSTRTG140",
         ] {
             let batch = read(&format!("{line}\n"));
             assert_eq!(batch.blocks()[0].kind, Malformed, "{line}");
             let code = batch.faults()[0].code;
             assert!(matches!(code, DiagnosticCode::StatementNotRead { .. }), "{line}: {code:?}");
             assert_eq!(batch.faults().len(), 1, "{line}");
+        }
+        let batch = read("G1 X5\n$ Y40.\n");
+        assert_eq!(batch.blocks()[1].kind, Malformed);
+        assert!(matches!(batch.faults()[0].code, DiagnosticCode::LineContinues { .. }));
+        for line in ["X6.12E-17\n", "G1 X1e400\n"] {
+            let code = read(line).faults()[0].code;
+            assert!(matches!(code, DiagnosticCode::Exponent { .. }), "{line}: {code:?}");
         }
         // A word stays a word, whatever is refused after it.
         assert_eq!(read("G1 X5 Y=VC1\n").faults()[0].column, 7);

@@ -6,7 +6,7 @@
 mod detect;
 mod line;
 
-pub(super) use detect::{has_marks, unread_statement};
+pub(super) use detect::{selects_offset, unread_statement};
 
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
 use crate::program::writer::Writing;

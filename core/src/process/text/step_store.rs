@@ -9,28 +9,37 @@ use super::stream::ProgramSource;
 /// The content of a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// The program with its ends of motions moved.
-    Moved,
-    /// What that step did to every motion, 53 bytes each.
-    Moves,
+    /// The program between two steps. Steps write to `OneText` and `OtherText` in turn.
+    OneText,
+    /// The program between two steps.
+    OtherText,
+    /// The changes that all steps so far made to every motion, 77 bytes each.
+    OneChanges,
+    /// The same, in turn with `OneChanges`. A step reads one of them and writes the other.
+    OtherChanges,
     /// The written program, if it is run through the drives.
     Written,
-    /// What all steps did to every motion, 53 bytes each.
-    Changes,
+    /// The changes that all steps made to every motion, 77 bytes each, if the program is run through the drives.
+    AllChanges,
     /// Servo lag of every line, 12 bytes each.
     Lags,
-    /// The program with its singular regions treated.
-    Treated,
 }
 
 impl Place {
     /// All places.
-    pub const ALL: [Self; 6] =
-        [Self::Moved, Self::Moves, Self::Written, Self::Changes, Self::Lags, Self::Treated];
+    pub const ALL: [Self; 7] = [
+        Self::OneText,
+        Self::OtherText,
+        Self::OneChanges,
+        Self::OtherChanges,
+        Self::Written,
+        Self::AllChanges,
+        Self::Lags,
+    ];
 }
 
 /// Places that store text to be read again. Their content is not needed after the compensation.
-pub trait Spool: Sync {
+pub trait StepStore: Sync {
     /// Empties a place and opens it for writing.
     ///
     /// # Errors
@@ -44,21 +53,21 @@ pub trait Spool: Sync {
     fn open(&self, place: Place) -> io::Result<Box<dyn Read + Send + '_>>;
 }
 
-/// A program stored in a spool.
-pub(in crate::process) struct Resting<'a> {
-    pub(in crate::process) spool: &'a dyn Spool,
+/// A program in a place of a store.
+pub(in crate::process) struct StoredText<'a> {
+    pub(in crate::process) store: &'a dyn StepStore,
     pub(in crate::process) place: Place,
 }
 
-impl ProgramSource for Resting<'_> {
+impl ProgramSource for StoredText<'_> {
     fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
-        self.spool.open(self.place)
+        self.store.open(self.place)
     }
 }
 
 /// Places in memory: for short programs.
 #[derive(Debug, Default)]
-pub struct MemorySpool([Mutex<Vec<u8>>; 6]);
+pub struct MemoryStepStore([Mutex<Vec<u8>>; Place::ALL.len()]);
 
 struct MemoryWriter<'a>(&'a Mutex<Vec<u8>>);
 
@@ -78,7 +87,7 @@ impl Write for MemoryWriter<'_> {
     }
 }
 
-impl Spool for MemorySpool {
+impl StepStore for MemoryStepStore {
     fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
         let cell = &self.0[place as usize];
         held(cell).clear();

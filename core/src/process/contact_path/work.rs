@@ -1,141 +1,21 @@
-//! The step that repairs the cutter-contact path. It judges motions and divides those whose contact deviates too far.
+//! Writes a program with its contact path repaired: judges motions and divides those whose contact deviates too far.
 
-use std::io::Write;
 use std::sync::Arc;
 
-use super::check::{DividedBlock, ExpectedMotion, Judged, PathCheck, SourceMotion};
+use super::check::{DividedBlock, ExpectedMotion, PathCheck, SourceMotion};
 use super::division::{Division, DivisionPlan, plan};
 use super::judge::{Checked, Judge, Verdict};
 use super::parameters::CcParameters;
-use super::preparation::Preparation;
 use super::report::CcReport;
 use super::write_division::write_division;
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
 use crate::process::fault::{Fault, WarningKind, go_on};
-use crate::process::pipeline::{
-    BlockChange, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, StepRun, StepWork, Surveyed,
-    Upstream, failed,
-};
-use crate::process::set_up::{ContactSource, Stop};
-use crate::process::text::{
-    DialectFit, Inventory, LineMap, Passage, Place, ProgramReading, ProgramSource, Stretch, Survey,
-};
+use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork};
+use crate::process::set_up::ContactSource;
+use crate::process::text::{DialectFit, Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
 use crate::program::{Dialect, StepName, Steps};
-use crate::wear::{OneAfterAnother, SideBySide};
-
-/// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
-///
-/// # Errors
-/// Those of [`compensate_side_by_side`].
-pub fn compensate(
-    machine: &Machine,
-    parameters: &CcParameters,
-    source: &dyn ProgramSource,
-    output: &mut dyn Write,
-    stop: &Stop<'_>,
-) -> Result<CcReport, Fault> {
-    compensate_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
-}
-
-/// Compensates the cutter-contact path of a program on one machine (§2; P0).
-///
-/// Divides and corrects blocks whose contact deviates by more than the tolerance, and copies all other bytes. Before
-/// it returns, it reads the written text back with its own decimals and checks it against the source's lines. The
-/// report's `after` comes from that reading. Memory does not grow with the program.
-///
-/// The function asks `stop` every few milliseconds.
-///
-/// # Errors
-/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
-pub fn compensate_side_by_side(
-    machine: &Machine,
-    parameters: &CcParameters,
-    source: &dyn ProgramSource,
-    output: &mut dyn Write,
-    parts: &dyn SideBySide,
-    stop: &Stop<'_>,
-) -> Result<CcReport, Fault> {
-    let mut step = PathStep::new(parameters);
-    let with = Resources { machine, parts, stop };
-    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
-    step.report()
-}
-
-/// The step that repairs the cutter-contact path.
-pub(in crate::process) struct PathStep<'p> {
-    parameters: &'p CcParameters,
-    report: Option<CcReport>,
-}
-
-impl<'p> PathStep<'p> {
-    pub(in crate::process) fn new(parameters: &'p CcParameters) -> Self {
-        Self { parameters, report: None }
-    }
-
-    /// The report, available after a program has gone through.
-    ///
-    /// # Errors
-    /// No program has gone through.
-    pub(in crate::process) fn report(self) -> Result<CcReport, Fault> {
-        self.report.ok_or_else(|| failed(0, "a step did not run"))
-    }
-}
-
-impl Step for PathStep<'_> {
-    fn run(
-        &mut self,
-        upstream: Upstream<'_>,
-        mut look: Option<&mut dyn Look>,
-        output: &mut dyn Write,
-        note: Note<'_, BlockChange>,
-        &Resources { machine, parts, stop }: &Resources<'_>,
-    ) -> Result<LineMap, Fault> {
-        let (source, parameters) = (upstream.source, self.parameters);
-        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-        survey.refuse_repeated(Steps::of(&[StepName::Cc]), parameters.program.allow_repeated)?;
-        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
-        let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
-        let mut course = StepRun::begin(upstream, machine, &parameters.program, true, stop)?;
-        let dialect = course.dialect();
-        if let Some(look) = &mut look {
-            look.begin(&Surveyed { source, survey, program: Some(&parameters.program) }, dialect)?;
-        }
-        let effort = || parameters.budget.effort(stop);
-        let mut preparation = Preparation::new(machine, parameters);
-        let mut work = PathWork::new(machine, parameters, dialect, survey, contact, effort());
-        let mut verifier = PathCheck::new(machine, parameters, dialect, effort());
-        let mut hands = Hands {
-            prepare: &mut preparation,
-            step: &mut work,
-            check: &mut verifier,
-            look: look.map(|look| look as &mut dyn Look),
-        };
-        let note = &mut |judged: &Judged| note(&judged.change());
-        course.run(&mut hands, output, note, parts)?;
-        if hands.step.has_faults() {
-            return Err(Fault::Lines(work.judge.faults));
-        }
-        if hands.step.fit.is_unread(parameters.program.dialect, source)? {
-            return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
-        }
-        hands.finish(&course.passages, output, note)?;
-        let passages = &course.passages;
-        passages.warn(&mut work.judge.warnings);
-        let (report, lines) = work.report(verifier, dialect, passages.blocks, passages.reading());
-        self.report = Some(report);
-        Ok(lines)
-    }
-
-    fn rests_in(&self) -> Place {
-        Place::Written
-    }
-
-    fn notes_in(&self) -> Option<Place> {
-        Some(Place::Changes)
-    }
-}
 
 /// The written text is handed over for reading back when it reaches this size \[bytes\], or when its stretch ends.
 const HAND_OVER_BYTES: usize = 4 << 20;
@@ -168,12 +48,12 @@ struct Reached {
 }
 
 /// The work in progress.
-struct PathWork<'a> {
+pub(super) struct PathWork<'a> {
     parameters: &'a CcParameters,
     machine: &'a Machine,
     survey: Survey,
     contact: ContactSource,
-    judge: Judge<'a>,
+    pub(super) judge: Judge<'a>,
     rewriter: Rewriter,
     at: Reached,
     /// The largest deviation found in the written text so far \[mm\].
@@ -181,17 +61,17 @@ struct PathWork<'a> {
     checked: u64,
     over: u64,
     divided: u64,
-    fit: DialectFit,
+    pub(super) fit: DialectFit,
     /// Source blocks read so far.
     counted: u64,
     uses_tcp: bool,
 }
 
 impl<'a> StepWork for PathWork<'a> {
-    type Meant = ExpectedMotion<'a>;
+    type Expected = ExpectedMotion<'a>;
     type Checker = PathCheck<'a>;
 
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedMotion<'a>>) -> Result<bool, Fault> {
+    fn write(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedMotion<'a>>) -> Result<bool, Fault> {
         while let Some(passage) = stretch.passages.get(self.at.passage) {
             if !self.at.is_begun {
                 self.rewriter.begin(passage, out)?;
@@ -225,7 +105,7 @@ impl<'a> StepWork for PathWork<'a> {
 }
 
 impl<'a> PathWork<'a> {
-    fn new(
+    pub(super) fn new(
         machine: &'a Machine,
         parameters: &'a CcParameters,
         dialect: Dialect,
@@ -395,9 +275,9 @@ impl<'a> PathWork<'a> {
     }
 
     /// The report, and the map of inserted lines.
-    fn report(
+    pub(super) fn report(
         mut self,
-        verifier: PathCheck<'_>,
+        check: PathCheck<'_>,
         dialect: Dialect,
         blocks_in: u64,
         reading: ProgramReading,
@@ -412,7 +292,7 @@ impl<'a> PathWork<'a> {
         if self.judge.assumed > 0 {
             warnings.add(WarningKind::ContactAssumed, None).count = self.judge.assumed;
         }
-        let after = verifier.found.after.summary();
+        let after = check.found.after.summary();
         if self.parameters.correction == Correction::Seed && after.max_mm > self.parameters.tolerance.mm() {
             warnings.add_distance(
                 WarningKind::ToleranceNotReached,
@@ -428,15 +308,15 @@ impl<'a> PathWork<'a> {
             steps: if self.divided > 0 { Steps::of(&[StepName::Cc]) } else { Steps::NONE },
             reading,
             blocks_in,
-            blocks_out: verifier.blocks(),
+            blocks_out: check.blocks(),
             motions_checked: self.checked,
             motions_over_tolerance: self.over,
             motions_left_over: self.over - self.divided,
             feeds_restored: self.rewriter.feeds_restored(),
-            before: verifier.found.before.summary(),
+            before: check.found.before.summary(),
             after,
-            cc_path_length_mm: verifier.found.before.path_mm(),
-            series: verifier.found.series,
+            cc_path_length_mm: check.found.before.path_mm(),
+            series: check.found.series,
             warnings: self.judge.warnings.into_list(),
         };
         (report, self.rewriter.into_lines())

@@ -9,12 +9,12 @@ use crate::process::{self, Place};
 use crate::store::Blobs;
 
 /// Files for data between two steps; they are removed with this value.
-pub(super) struct Resting {
+pub(super) struct StepFiles {
     blobs: Blobs,
     files: Mutex<[Option<NamedTempFile>; Place::ALL.len()]>,
 }
 
-impl Resting {
+impl StepFiles {
     /// No files yet.
     pub(super) fn new(blobs: Blobs) -> Self {
         Self { blobs, files: Mutex::new([const { None }; Place::ALL.len()]) }
@@ -31,7 +31,7 @@ impl Resting {
     }
 }
 
-impl process::Spool for Resting {
+impl process::StepStore for StepFiles {
     fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
         self.at(place, |file| {
             let made = file.insert(self.blobs.scratch()?);

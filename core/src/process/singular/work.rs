@@ -1,141 +1,31 @@
-//! Treats singular regions in a stream: read, collect regions, plan, write, read back.
+//! Writes a program with its singular regions treated, stretch by stretch: collect regions, plan, write.
 
 use std::collections::VecDeque;
-use std::io::Write;
 use std::sync::Arc;
 
 use super::check::{ExpectedInRegion, RegionCheck};
 use super::collector::{Collector, Seen};
-use super::contact::Cutting;
 use super::measured::{Measured, as_uploaded, measured};
-use super::parameters::{SingularityAction, SingularityParameters};
+use super::parameters::SingularityAction;
 use super::pending::Pending;
 use super::planner::{Change, DensifiedMotion, Planner, SmoothedMotion};
 use super::regions::{RegionNumber, Regions};
 use super::report::{LeftReason, RegionFigures, RegionTreatment, SingularRegion, SingularityReport};
 use crate::contact::Effort;
 use crate::geometry::trig;
-use crate::machine::Machine;
 use crate::motion::Motion;
-use crate::process::contact_path::{CcParameters, DividedBlock, Meaning, write_division};
-use crate::process::fault::{Fault, Warnings, go_on};
-use crate::process::pipeline::{
-    BlockChange, Hands, Look, Note, Outgoing, Placed, Resources, Rewriter, Step, StepRun, StepWork, Surveyed,
-    Upstream, failed,
-};
-use crate::process::set_up::{ContactSource, Stop};
-use crate::process::text::{Inventory, LineMap, Passage, Place, ProgramSource, Stretch, Survey};
-use crate::program::{Dialect, StepName, Steps};
+use crate::process::contact_path::{DividedBlock, write_division};
+use crate::process::fault::{Fault, go_on};
+use crate::process::pipeline::{Meaning, Outgoing, Placed, Rewriter, StepWork};
+use crate::process::set_up::Stop;
+use crate::process::text::{Inventory, LineMap, Passage, Stretch};
+use crate::program::{Dialect, StepName};
 use crate::units::Angle;
-use crate::wear::OneAfterAnother;
 
 /// Largest number of batches that wait for the end of a region. The region then ends there.
 const MAX_HELD: usize = 64;
 /// The index of a passage that was held back, because it is in no stretch.
 const HELD: usize = usize::MAX;
-
-/// Finds the singular regions of a program and treats them: reports, divides or smooths (§1 "Conditioning", "Pole").
-///
-/// Tool, contact, tolerance, set-up, dialect and budget come from `cc`. Contacts that would be assumed from the feed
-/// are not used here; the tip replaces them. Blocks outside the regions are copied byte for byte. So are blocks whose
-/// words need not change. Before it returns, it reads the written text back with its own decimals. The report's
-/// `after` comes from that reading. Memory does not grow with the program. Run this before a compensation of the
-/// contact path, which then reads the written program.
-///
-/// # Errors
-/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
-pub fn treat_singular_regions(
-    machine: &Machine,
-    cc: &CcParameters,
-    singularity: &SingularityParameters,
-    source: &dyn ProgramSource,
-    output: &mut dyn Write,
-    stop: &Stop<'_>,
-) -> Result<SingularityReport, Fault> {
-    let mut step = SingularStep::new(cc, singularity);
-    let with = Resources { machine, parts: &OneAfterAnother, stop };
-    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
-    step.report()
-}
-
-/// The step that treats singular regions.
-pub(in crate::process) struct SingularStep<'p> {
-    cc: &'p CcParameters,
-    singularity: &'p SingularityParameters,
-    report: Option<SingularityReport>,
-}
-
-impl<'p> SingularStep<'p> {
-    pub(in crate::process) fn new(cc: &'p CcParameters, singularity: &'p SingularityParameters) -> Self {
-        Self { cc, singularity, report: None }
-    }
-
-    /// The report, available after a program has gone through.
-    ///
-    /// # Errors
-    /// No program has gone through.
-    pub(in crate::process) fn report(self) -> Result<SingularityReport, Fault> {
-        self.report.ok_or_else(|| failed(0, "a step did not run"))
-    }
-}
-
-impl Step for SingularStep<'_> {
-    fn run(
-        &mut self,
-        upstream: Upstream<'_>,
-        mut look: Option<&mut dyn Look>,
-        output: &mut dyn Write,
-        _note: Note<'_, BlockChange>,
-        &Resources { machine, parts, stop }: &Resources<'_>,
-    ) -> Result<LineMap, Fault> {
-        let Self { cc, singularity, .. } = *self;
-        let source = upstream.source;
-        let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
-        if singularity.action != SingularityAction::Report {
-            survey.refuse_repeated(Steps::of(&[StepName::Singularity]), cc.program.allow_repeated)?;
-        }
-        let contact = survey.contact(cc.contact, cc.part.is_some())?;
-        // Contacts that would be assumed from the feed are not used here.
-        let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
-        let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
-        let cutting = Cutting::of(machine, cc, contact);
-        let planner = Planner { cutting, survey, singularity: *singularity };
-        let mut course = StepRun::begin(upstream, machine, &cc.program, false, stop)?;
-        let dialect = course.dialect();
-        if let Some(look) = &mut look {
-            look.begin(&Surveyed { source, survey, program: None }, dialect)?;
-        }
-        let mut run = RegionWork::new(planner.clone(), dialect, stop);
-        let mut verifier = RegionCheck::new(machine, planner, dialect, cc.budget.effort(stop));
-        let mut inventory = Inventory::default();
-        let mut hands = Hands {
-            prepare: &mut inventory,
-            step: &mut run,
-            check: &mut verifier,
-            look: look.map(|look| look as &mut dyn Look),
-        };
-        let note = &mut |(): &()| Ok(());
-        course.run(&mut hands, output, note, parts)?;
-        if hands.step.has_faults() {
-            return Err(Fault::Lines(run.collector.faults));
-        }
-        hands.finish(&course.passages, output, note)?;
-        let passages = &course.passages;
-        let mut warnings = Warnings::default();
-        passages.warn(&mut warnings);
-        let (report, lines) = run.report(verifier, dialect, passages.blocks);
-        self.report = Some(SingularityReport { warnings: warnings.into_list(), ..report });
-        Ok(lines)
-    }
-
-    fn rests_in(&self) -> Place {
-        Place::Treated
-    }
-
-    fn notes_in(&self) -> Option<Place> {
-        None
-    }
-}
 
 /// The fate of a motion that is held back.
 #[derive(Debug, Default)]
@@ -146,9 +36,9 @@ struct Fate<'a> {
 }
 
 /// The work in progress.
-struct RegionWork<'a> {
+pub(super) struct RegionWork<'a> {
     planner: Planner<'a>,
-    collector: Collector<'a>,
+    pub(super) collector: Collector<'a>,
     rewriter: Rewriter,
     regions: Regions,
     /// Batches that wait for the end of a region.
@@ -166,10 +56,10 @@ struct RegionWork<'a> {
 }
 
 impl<'a> StepWork for RegionWork<'a> {
-    type Meant = ExpectedInRegion<'a>;
+    type Expected = ExpectedInRegion<'a>;
     type Checker = RegionCheck<'a>;
 
-    fn work(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<bool, Fault> {
+    fn write(&mut self, stretch: &Stretch, out: &mut Outgoing<ExpectedInRegion<'a>>) -> Result<bool, Fault> {
         stretch.passages.iter().try_for_each(|passage| self.passage(passage, out))?;
         Ok(true)
     }
@@ -194,7 +84,7 @@ impl<'a> StepWork for RegionWork<'a> {
 }
 
 impl<'a> RegionWork<'a> {
-    fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
+    pub(super) fn new(planner: Planner<'a>, dialect: Dialect, stop: &'a Stop<'a>) -> Self {
         let cutting = planner.cutting.clone();
         let (sine, _) = trig::sin_cos(planner.singularity.zone.rad());
         let zone = cutting.kinematics.singular_zone(sine);
@@ -428,21 +318,21 @@ impl<'a> RegionWork<'a> {
     }
 
     /// The report, and the map of inserted lines.
-    fn report(
+    pub(super) fn report(
         self,
-        verifier: RegionCheck<'a>,
+        check: RegionCheck<'a>,
         dialect: Dialect,
         blocks_in: u64,
     ) -> (SingularityReport, LineMap) {
         let action = self.planner.singularity.action;
         let report = SingularityReport {
             blocks_in,
-            blocks_out: verifier.blocks(),
+            blocks_out: check.blocks(),
             motions_checked: self.collector.checked,
             blocks_changed: self.blocks_changed,
             blocks_inserted: self.rewriter.inserted(),
             feeds_restored: self.rewriter.feeds_restored(),
-            ..self.regions.report(verifier.written, dialect, action)
+            ..self.regions.report(check.written, dialect, action)
         };
         (report, self.rewriter.into_lines())
     }

@@ -1,4 +1,4 @@
-//! Counts the effect of posting anew for the machine as it is on the motions of a program.
+//! Counts what changes if a program that was made for the nominal machine is computed anew for the machine as it is.
 
 use super::pilot::MovedPoint;
 use crate::geometry::angle_between;
@@ -23,11 +23,11 @@ impl<T: PartialOrd> Largest<T> {
     }
 }
 
-/// Counts of motions posted anew.
+/// Counts of motions computed anew.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in crate::process) struct Posting {
-    /// Motions posted.
-    pub(in crate::process) posted: u64,
+pub(in crate::process) struct Recalibration {
+    /// Motions computed anew.
+    pub(in crate::process) recalibrated: u64,
     /// Posted motions whose rotary words changed.
     pub(in crate::process) turned: u64,
     /// Distance between the tips of the machine as it is and as meant.
@@ -43,7 +43,7 @@ pub(in crate::process) struct Posting {
     first_held: Option<u64>,
 }
 
-impl Posting {
+impl Recalibration {
     /// Counts a motion that was moved from one end to the other.
     pub(super) fn take(
         &mut self,
@@ -51,13 +51,13 @@ impl Posting {
         motion: &Motion,
         point: &MovedPoint,
         [source, written]: [&AxisWords; 2],
-        posts: bool,
+        recalibrates: bool,
     ) {
-        if !posts {
+        if !recalibrates {
             return;
         }
         let line = motion.line;
-        self.posted += 1;
+        self.recalibrated += 1;
         self.tip.take(Length::from_mm((point.real.tip_mm - point.pose.tip_mm).norm()), line);
         self.axis.take(Angle::from_rad(angle_between(point.real.axis, point.pose.axis)), line);
         let turns = (0..machine.rotary_axes().len())

@@ -1,0 +1,126 @@
+//! The step that repairs the cutter-contact path, and how a program goes through it.
+
+use std::io::Write;
+
+use super::check::{Judged, PathCheck};
+use super::parameters::CcParameters;
+use super::preparation::Preparation;
+use super::report::CcReport;
+use super::work::PathWork;
+use crate::machine::Machine;
+use crate::process::fault::Fault;
+use crate::process::pipeline::{
+    Hands, Look, MotionChange, Note, Resources, Step, StepRun, StepWork, Surveyed, Upstream, reported,
+};
+use crate::process::set_up::Stop;
+use crate::process::text::{LineMap, ProgramSource, Survey};
+use crate::program::{StepName, Steps};
+use crate::side_by_side::{OneAfterAnother, SideBySide};
+
+/// Compensates the cutter-contact path of a program on one machine (§2; P0), in the caller's thread.
+///
+/// # Errors
+/// Those of [`compensate_side_by_side`].
+pub fn compensate(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    stop: &Stop<'_>,
+) -> Result<CcReport, Fault> {
+    compensate_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
+}
+
+/// Compensates the cutter-contact path of a program on one machine (§2; P0).
+///
+/// Divides and corrects blocks whose contact deviates by more than the tolerance, and copies all other bytes. Before
+/// it returns, it reads the written text back with its own decimals and checks it against the source's lines. The
+/// report's `after` comes from that reading. Memory does not grow with the program.
+///
+/// The function asks `stop` every few milliseconds.
+///
+/// # Errors
+/// The reason why the program is refused. `output` then holds text that must not be run and must be discarded.
+pub fn compensate_side_by_side(
+    machine: &Machine,
+    parameters: &CcParameters,
+    source: &dyn ProgramSource,
+    output: &mut dyn Write,
+    parts: &dyn SideBySide,
+    stop: &Stop<'_>,
+) -> Result<CcReport, Fault> {
+    let mut step = PathStep::new(parameters);
+    let with = Resources { machine, parts, stop };
+    step.run(Upstream::upload(source), None, output, &mut |_| Ok(()), &with)?;
+    step.report()
+}
+
+/// The step that repairs the cutter-contact path.
+pub(in crate::process) struct PathStep<'p> {
+    parameters: &'p CcParameters,
+    report: Option<CcReport>,
+}
+
+impl<'p> PathStep<'p> {
+    pub(in crate::process) fn new(parameters: &'p CcParameters) -> Self {
+        Self { parameters, report: None }
+    }
+
+    /// The report, available after a program has gone through.
+    ///
+    /// # Errors
+    /// No program has gone through.
+    pub(in crate::process) fn report(self) -> Result<CcReport, Fault> {
+        reported(self.report)
+    }
+}
+
+impl Step for PathStep<'_> {
+    fn run(
+        &mut self,
+        upstream: Upstream<'_>,
+        mut look: Option<&mut dyn Look>,
+        output: &mut dyn Write,
+        note: Note<'_, MotionChange>,
+        &Resources { machine, parts, stop }: &Resources<'_>,
+    ) -> Result<LineMap, Fault> {
+        let (source, parameters) = (upstream.source, self.parameters);
+        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
+        survey.refuse_repeated(Steps::of(&[StepName::Cc]), parameters.program.allow_repeated)?;
+        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
+        let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
+        let mut preparation = Preparation::new(machine, parameters);
+        let mut run = StepRun::begin(upstream, machine, &parameters.program, &preparation, stop)?;
+        let dialect = run.dialect();
+        if let Some(look) = &mut look {
+            look.begin(&Surveyed { source, survey, program: Some(&parameters.program) }, dialect)?;
+        }
+        let effort = || parameters.budget.effort(stop);
+        let mut work = PathWork::new(machine, parameters, dialect, survey, contact, effort());
+        let mut check = PathCheck::new(machine, parameters, dialect, effort());
+        let mut hands = Hands {
+            prepare: &mut preparation,
+            work: &mut work,
+            check: &mut check,
+            look: look.map(|look| look as &mut dyn Look),
+        };
+        let note = &mut |judged: &Judged| note(&judged.change());
+        run.run(&mut hands, output, note, parts)?;
+        if hands.work.has_faults() {
+            return Err(Fault::Lines(work.judge.faults));
+        }
+        if hands.work.fit.is_unread(parameters.program.dialect, source)? {
+            return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
+        }
+        hands.finish(&run.passages, output, note)?;
+        let passages = &run.passages;
+        passages.warn(&mut work.judge.warnings);
+        let (report, lines) = work.report(check, dialect, passages.blocks, passages.reading());
+        self.report = Some(report);
+        Ok(lines)
+    }
+
+    fn notes_motions(&self) -> bool {
+        true
+    }
+}
