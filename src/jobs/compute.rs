@@ -9,7 +9,7 @@ use thiserror::Error;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio_util::sync::CancellationToken;
 
-use super::compute_threads::ComputeThreads;
+use super::compute_threads::{ComputeThreads, LentThreads};
 use super::cpu_time::CpuTime;
 use super::memory::{self, MemoryFault};
 use super::turns::{Place, Turns};
@@ -58,6 +58,7 @@ pub struct Compute {
     /// Places that jobs from the queue may take.
     queued: Arc<Semaphore>,
     threads: ComputeThreads,
+    lent: LentThreads,
     width: usize,
     /// Memory that uploaded surfaces may take together \[MiB\].
     surface_mib: Arc<Semaphore>,
@@ -78,6 +79,7 @@ const MIB: u64 = 1 << 20;
 pub struct Threads {
     turns: Turns,
     who: Who,
+    lent: LentThreads,
     width: usize,
     cpu_time: Arc<CpuTime>,
 }
@@ -97,11 +99,12 @@ impl SideBySide for Threads {
                 part();
             }
         };
-        std::thread::scope(|scope| {
-            for _ in 0..helpers {
-                // A place that another computation waits for is not free.
-                let Some(place) = self.turns.lend(&self.who) else { break };
-                scope.spawn(move || {
+        self.lent.scope(|scope| {
+            let lend = || scope.zip(self.turns.lend(&self.who));
+            // A place that another computation waits for is not free.
+            for (scope, place) in std::iter::from_fn(lend).take(helpers) {
+                let work = &work;
+                scope.spawn(move |_| {
                     let counted = self.cpu_time.enter();
                     work();
                     drop((counted, place));
@@ -135,6 +138,8 @@ impl Compute {
             turns: Turns::new(running),
             queued: Arc::new(Semaphore::new(most_jobs_begun(running))),
             threads: ComputeThreads::new(Turns::most_begun(running)),
+            // One place computes on a thread of its own.
+            lent: LentThreads::new(running - 1),
             width: running,
             surface_mib: Arc::new(Semaphore::new(mib.min(Semaphore::MAX_PERMITS))),
             surface_bytes,
@@ -228,6 +233,7 @@ impl Compute {
         let threads = Threads {
             turns: self.turns.clone(),
             who: place.who().clone(),
+            lent: self.lent.clone(),
             width: self.width,
             cpu_time: Arc::clone(&cpu_time),
         };

@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 
+use rayon_core::{Scope, ThreadPool, ThreadPoolBuilder};
 use tokio::runtime::{Builder, Runtime};
 use tokio::task::JoinHandle;
 
@@ -12,7 +13,6 @@ use tokio::task::JoinHandle;
 #[cfg(target_os = "linux")]
 const NICENESS: i32 = 5;
 
-/// Threads that a computation starts itself inherit its niceness.
 #[cfg(target_os = "linux")]
 fn give_way_to_the_others() {
     // On Linux this is the niceness of the thread. If it cannot be set, answers take longer while computations run.
@@ -24,6 +24,33 @@ fn give_way_to_the_others() {
 /// On other systems the niceness applies to the whole process.
 #[cfg(not(target_os = "linux"))]
 fn give_way_to_the_others() {}
+
+/// The threads that are lent to computations for short parts of their work. They stay, because starting a thread takes
+/// as long as some of these parts.
+#[derive(Debug, Clone)]
+pub(super) struct LentThreads(Option<Arc<ThreadPool>>);
+
+impl LentThreads {
+    pub(super) fn new(count: usize) -> Self {
+        let pool = (count > 0).then(|| {
+            ThreadPoolBuilder::new()
+                .num_threads(count)
+                .thread_name(|_| "lent".to_owned())
+                .start_handler(|_| give_way_to_the_others())
+                .build()
+                .inspect_err(|fault| tracing::error!(error = %fault, "the lent threads cannot be created"))
+        });
+        Self(pool.and_then(Result::ok).map(Arc::new))
+    }
+
+    /// Runs `work` on the calling thread. It may spawn parts on the lent threads, and returns when all have ended.
+    pub(super) fn scope<'s>(&self, work: impl FnOnce(Option<&Scope<'s>>)) {
+        match &self.0 {
+            Some(pool) => pool.in_place_scope(|scope| work(Some(scope))),
+            None => work(None),
+        }
+    }
+}
 
 /// A number of threads, started when they are needed.
 #[derive(Debug, Clone)]

@@ -1,7 +1,8 @@
 """256 clients at once for as long as TRUNNION_SOAK_S says (600 s): small calls, programs, jobs, lists, bad bodies, clients
 that leave and slow ones. No answer is a fault of the service, memory stays flat, and at rest every connection, file and
-thread has been given back, and the heap holds what it held at rest after the first minute. Memory that does not look flat
-is looked at for as long again: what leaks goes on doing so.
+thread has been given back, and the heap holds what it held at rest after the first minute. Memory that does not look flat,
+and a heap that holds more, are looked at for as long again: what leaks goes on doing so. The pages of the database that
+its connections keep do not: they have a limit, which a growing database may reach after the first minute.
 
     soak.py PATH_OF_TRUNNION
 """
@@ -294,6 +295,10 @@ def at_rest(service, held, files_before, threads_before):
     return tuple(min(column) for column in zip(*quiet))
 
 
+def holds_more(before, after):
+    return after[1] >= before[1] + MAX_MORE_BLOCKS or after[0] >= before[0] + MAX_MORE_HELD_MIB * 2**20
+
+
 def told(samples, tally, length_s):
     print("memory every tenth of the time [MiB]: " + " ".join(f"{m:.0f}" for _, m in samples[:: max(1, len(samples) // 10)]))
     kinds = collections.Counter()
@@ -311,15 +316,15 @@ def main():
         time.sleep(1.0)
         idle_mib, threads_before, files_before = service.status("VmRSS") / 1024, service.status("Threads"), files(service)
         asyncio.run(load(Tally(), [], service, WARM_S))
-        bytes_before, blocks_before = at_rest(service, held, files_before, threads_before)
-        assert blocks_before > 1000, "the heap is not counted"
+        before = at_rest(service, held, files_before, threads_before)
+        assert before[1] > 1000, "the heap is not counted"
         tally, samples = Tally(), []
         most_slope = MAX_SLOPE_MIB_PER_MIN + (60 * MAX_SETTLING_MIB / SOAK_S if SOAK_S < SHORT_S else 0)
         length_s = asyncio.run(load(tally, samples, service, SOAK_S, most_slope))
         peak_mib, busy_threads = service.status("VmHWM") / 1024, service.status("Threads")
         slope, scatter = second_half(samples)
         told(samples, tally, length_s)
-        bytes_held, blocks_held = at_rest(service, held, files_before, threads_before)
+        after = at_rest(service, held, files_before, threads_before)
         rest_mib = service.status("VmRSS") / 1024
         print(
             f"memory [MiB]: idle {idle_mib:.1f}, peak {peak_mib:.1f}, second half {slope:+.2f} a minute "
@@ -327,12 +332,17 @@ def main():
             f"{service.status('Threads')}, files {files_before} / - / {files(service)}"
         )
         print(
-            f"held of the heap at rest, after {WARM_S:.0f} s and at the end: {bytes_before / 2**20:.2f} and "
-            f"{bytes_held / 2**20:.2f} MiB, {blocks_before} and {blocks_held} blocks"
+            f"held of the heap at rest, after {WARM_S:.0f} s and at the end: {before[0] / 2**20:.2f} and "
+            f"{after[0] / 2**20:.2f} MiB, {before[1]} and {after[1]} blocks", flush=True
         )
         assert peak_mib < MAX_PEAK_MIB
         assert slope < most_slope, f"{slope} MiB/min"
-        assert blocks_held < blocks_before + MAX_MORE_BLOCKS and bytes_held < bytes_before + MAX_MORE_HELD_MIB * 2**20
+        if holds_more(before, after):
+            before = after
+            asyncio.run(load(Tally(), [], service, SOAK_S))
+            after = at_rest(service, held, files_before, threads_before)
+            print(f"after as long again {after[0] / 2**20:.2f} MiB in {after[1]} blocks")
+        assert not holds_more(before, after)
         service.stop()
         service.nothing_half_done()
         service.doctor()

@@ -41,9 +41,23 @@ pub struct Singularity {
 pub struct SingularZone {
     /// Outside these two angles the gain is too small \[rad\].
     inner_rad: [f64; 2],
+    /// The cosines of both angles.
+    inner_cos: [f64; 2],
 }
 
+/// Distance from the zone that counts as certainly outside, in cos φ. It is far above the rounding of both cosines,
+/// and far below the width of any zone.
+const CERTAIN: f64 = 1e-9;
+
 impl SingularZone {
+    fn outside(inner_rad: [f64; 2]) -> Self {
+        Self { inner_rad, inner_cos: inner_rad.map(|angle| trig::sin_cos(angle).1) }
+    }
+
+    /// The zone of every direction.
+    const EVERYWHERE: Self =
+        Self { inner_rad: [f64::INFINITY, f64::NEG_INFINITY], inner_cos: [f64::NEG_INFINITY, f64::INFINITY] };
+
     /// Whether a stretch with this smallest and largest φ \[rad\] enters the zone.
     #[must_use]
     pub fn is_entered(&self, polar_range_rad: [f64; 2]) -> bool {
@@ -87,7 +101,7 @@ impl Kinematics {
         // B = 90°: cos φ = cos σ cos τ.
         let middle = self.polar_at(0.5 * PI);
         if self.gain(middle) < least_gain {
-            return SingularZone { inner_rad: [f64::INFINITY, f64::NEG_INFINITY] };
+            return SingularZone::EVERYWHERE;
         }
         let edge = |mut outside: f64| {
             let mut inside = middle;
@@ -97,7 +111,34 @@ impl Kinematics {
             }
             inside
         };
-        SingularZone { inner_rad: [edge(nearest), edge(farthest)] }
+        SingularZone::outside([edge(nearest), edge(farthest)])
+    }
+
+    /// Whether the tool certainly stays outside the zone between two pairs of rotary words (profile order) \[rad\], on
+    /// both paths of [`Self::polar_range_rad`]. A quick look: false means that this has to be asked.
+    ///
+    /// Every direction on either path is less than half of the axes' turns away from the direction at one end. cos φ
+    /// changes no faster than the direction does.
+    #[must_use]
+    pub fn stays_outside(&self, zone: &SingularZone, rotary_rad: [[f64; 2]; 2]) -> bool {
+        let v = self.profile_index[1];
+        let [from, to] = rotary_rad.map(|angles| self.polar_cos(angles[v] - self.pointing.b0_rad));
+        let turns_rad = [0, 1].map(|k| (rotary_rad[1][k] - rotary_rad[0][k]).abs());
+        let away = 0.5 * (turns_rad[0] + turns_rad[1]) + CERTAIN;
+        from.max(to) + away < zone.inner_cos[0] && from.min(to) - away > zone.inner_cos[1]
+    }
+
+    /// cos φ at the angle B of v from the position of v at which the tool is nearest to u.
+    fn polar_cos(&self, b_rad: f64) -> f64 {
+        let [sin2, cos2] = self.half_polar(b_rad);
+        cos2 - sin2
+    }
+
+    /// sin²(φ/2) and cos²(φ/2) at this angle B.
+    fn half_polar(&self, b_rad: f64) -> [f64; 2] {
+        let (sin, cos) = trig::sin_cos(0.5 * b_rad);
+        let product = self.pointing.product;
+        [self.pointing.half[1] + product * sin * sin, self.pointing.half[3] + product * cos * cos]
     }
 
     /// The smallest and the largest φ \[rad\] between two pairs of rotary words (profile order) \[deg\]: while the
@@ -137,10 +178,7 @@ impl Kinematics {
 
     /// φ at the angle B of v from the position of v at which the tool is nearest to u \[rad\].
     fn polar_at(&self, b_rad: f64) -> f64 {
-        let (sin, cos) = trig::sin_cos(0.5 * b_rad);
-        let product = self.pointing.product;
-        let sin2 = self.pointing.half[1] + product * sin * sin;
-        let cos2 = self.pointing.half[3] + product * cos * cos;
+        let [sin2, cos2] = self.half_polar(b_rad);
         2.0 * trig::atan2(sin2.sqrt(), cos2.sqrt())
     }
 
@@ -221,6 +259,29 @@ mod tests {
                 assert_eq!(zone.is_entered([polar; 2]), gain < 0.05, "{} {polar} {gain}", preset.id);
             }
         }
+    }
+
+    #[test]
+    fn what_certainly_stays_outside_a_zone_enters_it_on_no_path() {
+        let mut outside = [0, 0];
+        for preset in &PRESETS {
+            let kinematics = kinematics(preset);
+            for (step, least_gain) in (0..4000).zip([0.02, 0.05, 0.3].into_iter().cycle()) {
+                let a = f64::from(step);
+                let zone = kinematics.singular_zone(least_gain);
+                let from = [0.13 * a, (0.29 * a).rem_euclid(TAU) - PI];
+                let turn = 10_f64.powf(-3.0 * (0.37 * a).fract());
+                let to = [from[0] + turn * (1.7 * a).sin(), from[1] + turn * (2.3 * a).cos()];
+                let axes = [from, to].map(|angles| kinematics.axis(angles));
+                let is_entered = zone.is_entered(kinematics.polar_range_rad([from, to], axes));
+                let stays = kinematics.stays_outside(&zone, [from, to]);
+                assert!(!(stays && is_entered), "{} {from:?} {to:?}", preset.id);
+                outside[0] += u32::from(!is_entered);
+                outside[1] += u32::from(stays);
+            }
+        }
+        // A look that never answers would be of no use.
+        assert!(10 * outside[1] > 7 * outside[0] && outside[0] > 1000, "{outside:?}");
     }
 
     #[test]

@@ -98,7 +98,7 @@ impl BlockWords {
     /// The value of a word, if the block has it with a plain number.
     #[inline]
     pub(super) fn value(&self, address: Address) -> Option<f64> {
-        let bit = 1 << address.index();
+        let bit = address.bit();
         (self.present & bit != 0 && self.unknown & bit == 0).then(|| self.values[address.index()])
     }
 
@@ -115,7 +115,7 @@ impl BlockWords {
     /// Whether a word counts from the position before (G91) or from zero; `None` if the modal sense is not known.
     #[inline]
     pub(super) fn is_incremental(&self, address: Address, modal: Option<bool>) -> Option<bool> {
-        let bit = bit(address);
+        let bit = address.bit();
         if self.incremental & bit != 0 {
             Some(true)
         } else if self.absolute & bit != 0 {
@@ -147,9 +147,9 @@ impl BlockWords {
 /// G4.
 pub(super) const DWELL: Code = Code::G(40);
 /// Bits of X Y Z A B C.
-pub(super) const AXES: u32 =
-    bit(Address::X) | bit(Address::Y) | bit(Address::Z) | bit(Address::A) | bit(Address::B) | bit(Address::C);
-
-pub(super) const fn bit(address: Address) -> u32 {
-    1 << address.index()
-}
+pub(super) const AXES: u32 = Address::X.bit()
+    | Address::Y.bit()
+    | Address::Z.bit()
+    | Address::A.bit()
+    | Address::B.bit()
+    | Address::C.bit();

@@ -1,6 +1,6 @@
 //! The effect of a block's codes.
 
-use super::block_words::{AXES, bit};
+use super::block_words::AXES;
 use super::interpreter::{Interpreter, at_bytes};
 use super::meaning::{MFunction, Meaning};
 use super::modal::ModalFeed;
@@ -132,7 +132,7 @@ impl Interpreter {
                 self.set_feed();
                 self.opaque(index, block, Unfollowable::Reference, motions);
                 // On some controls U V W name the linear axes incrementally.
-                let incremental = bit(Address::U) | bit(Address::V) | bit(Address::W);
+                let incremental = Address::U.bit() | Address::V.bit() | Address::W.bit();
                 if axis_words == 0 || self.block.present & incremental != 0 {
                     self.position.forget_axes();
                 } else {
@@ -207,11 +207,11 @@ impl Interpreter {
         if block.flags.has(BlockFlags::REPEATED) {
             // G, M and N may occur several times, and `,R` is not a second R.
             let mut seen = 0;
-            let repeatable = bit(Address::G) | bit(Address::M) | bit(Address::N);
+            let repeatable = Address::G.bit() | Address::M.bit() | Address::N.bit();
             for word in words.iter().filter(|word| word.form != WordForm::Comma) {
                 let address = word.address;
-                let is_repeated = seen & bit(address) & !repeatable != 0;
-                seen |= bit(address);
+                let is_repeated = seen & address.bit() & !repeatable != 0;
+                seen |= address.bit();
                 if !is_repeated {
                     continue;
                 }
@@ -219,7 +219,7 @@ impl Interpreter {
                 diagnostics.push(at_bytes(batch, block, word.start, word.end, code));
                 reason = Some(Unfollowable::RepeatedAddress { address });
                 // It is not known which of the two holds.
-                self.block.unknown |= bit(address);
+                self.block.unknown |= address.bit();
             }
         }
         if block.flags.has(BlockFlags::DELETE) {
@@ -253,19 +253,19 @@ impl Interpreter {
     /// The axes named in the block are no longer known.
     pub(super) fn forget_named(&mut self, named: u32) {
         for (slot, address) in self.axes.all().into_iter().enumerate() {
-            if named & bit(address) != 0 {
+            if named & address.bit() != 0 {
                 self.position.axes[slot] = None;
             }
         }
         let [first, second] = self.axes.rotary();
-        if named & (bit(first) | bit(second)) != 0 {
+        if named & (first.bit() | second.bit()) != 0 {
             self.position.forget_tool_axis();
         }
-        if named & bit(self.axes.foreign()) != 0 {
+        if named & self.axes.foreign().bit() != 0 {
             self.position.foreign_deg = None;
         }
         for (slot, address) in CONTACT.into_iter().enumerate() {
-            if named & bit(address) != 0 {
+            if named & address.bit() != 0 {
                 self.position.contact_mm[slot] = None;
             }
         }

@@ -1,6 +1,6 @@
 //! The effect of a block's G codes and statement words.
 
-use super::block_words::{AXES, bit};
+use super::block_words::AXES;
 use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
@@ -9,8 +9,12 @@ use super::{Unfollowable, WorkOffset};
 use crate::program::{Address, Code};
 
 /// Words that belong to cycles and not to a change of units.
-const CYCLE_WORDS: u32 =
-    bit(Address::P) | bit(Address::Q) | bit(Address::I) | bit(Address::J) | bit(Address::K) | bit(Address::L);
+const CYCLE_WORDS: u32 = Address::P.bit()
+    | Address::Q.bit()
+    | Address::I.bit()
+    | Address::J.bit()
+    | Address::K.bit()
+    | Address::L.bit();
 
 impl Interpreter {
     /// Sets the modes. Returns the other actions of the block, and the reason why the block counts from another place,

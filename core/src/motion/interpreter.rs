@@ -1,6 +1,6 @@
 //! From blocks to motions: how a block is interpreted. The effect of its codes is in `execute`.
 
-use super::block_words::{BlockWords, bit};
+use super::block_words::BlockWords;
 use super::course::Course;
 use super::dialect::{MotionRules, ToolWords};
 use super::machine_axes::MachineAxes;
@@ -224,7 +224,7 @@ impl Interpreter {
         if self.is_stranger && block.flags.has(BlockFlags::EXPRESSION) {
             // Parameters may have other values where the section is called.
             for word in words.iter().filter(|word| word.form == WordForm::Evaluated) {
-                self.block.unknown |= bit(word.address);
+                self.block.unknown |= word.address.bit();
             }
         }
         self.begin_block();
@@ -249,7 +249,7 @@ impl Interpreter {
             self.position.forget_linear();
         }
         let is_plain =
-            block.flags.is_plain() && self.block.present & (bit(Address::T) | bit(Address::D)) == 0;
+            block.flags.is_plain() && self.block.present & (Address::T.bit() | Address::D.bit()) == 0;
         if is_plain && self.block.is_simple() && !self.block.has(Address::O) {
             if let Some(&code) = self.block.g_codes().last() {
                 self.set_straight(code);

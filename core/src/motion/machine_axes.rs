@@ -12,13 +12,21 @@ pub(super) struct MachineAxes {
     has_head_axis: bool,
 }
 
+/// The addresses of A B C.
+const LETTERS: [Address; 3] = [Address::A, Address::B, Address::C];
+
+/// The addresses of the rotary axes in programs, in the profile's order.
+#[must_use]
+pub fn rotary_addresses(machine: &Machine) -> [Address; 2] {
+    machine.rotary_axes().each_ref().map(|axis| LETTERS[axis.letter as usize])
+}
+
 impl MachineAxes {
     pub(super) fn of(machine: &Machine) -> Self {
-        let letters = [Address::A, Address::B, Address::C];
-        let rotary = machine.rotary_axes().each_ref().map(|axis| letters[axis.letter as usize]);
+        let rotary = rotary_addresses(machine);
         Self {
             rotary,
-            foreign: letters.into_iter().find(|letter| !rotary.contains(letter)).unwrap_or(Address::C),
+            foreign: LETTERS.into_iter().find(|letter| !rotary.contains(letter)).unwrap_or(Address::C),
             has_head_axis: machine.rotary_axes().iter().any(|axis| axis.side == Side::Head),
         }
     }

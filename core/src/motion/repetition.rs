@@ -1,7 +1,7 @@
 //! Blocks that have only axis words, one after the other. Most programs consist mainly of such blocks. Each repeats
 //! the motion before it to another place.
 
-use super::block_words::{AXES, bit};
+use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::modal::{ModalFeed, MotionMode};
 use super::motion_shell::most_decimals;
@@ -10,7 +10,7 @@ use super::{ContactWords, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block};
 
 /// Words that leave every mode unchanged, except the feed.
-const PLAIN: u32 = AXES | CONTACTS | bit(Address::F) | bit(Address::N);
+const PLAIN: u32 = AXES | CONTACTS | Address::F.bit() | Address::N.bit();
 
 impl Interpreter {
     /// The motion of a plain block: it has no codes except G0 and G1, or its statement says no more than these codes.
@@ -75,7 +75,7 @@ impl Interpreter {
         };
         let is_odd = words.odd | words.comma != 0;
         let present = words.present;
-        let moves = present & AXES != 0 && present & bit(self.axes.foreign()) == 0;
+        let moves = present & AXES != 0 && present & self.axes.foreign().bit() == 0;
         if !same_kind || is_odd || !moves || present & !(PLAIN | VECTORS) != 0 {
             return None;
         }
@@ -89,7 +89,7 @@ impl Interpreter {
             return None;
         }
         self.set_feed();
-        let feed = if (present & bit(Address::F) != 0) || before.feed.word_in_block {
+        let feed = if (present & Address::F.bit() != 0) || before.feed.word_in_block {
             self.feed()
         } else {
             before.feed
@@ -126,7 +126,7 @@ impl Interpreter {
     /// X Y Z and the rotary axes of the machine.
     #[inline]
     fn own_axes(&self) -> u32 {
-        AXES & !bit(self.axes.foreign())
+        AXES & !self.axes.foreign().bit()
     }
 
     /// Moves the axes to the plain numbers in the sense of G90, in a known unit.

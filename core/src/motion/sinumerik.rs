@@ -1,13 +1,13 @@
 //! Further effects of Sinumerik blocks: tools and their edges, the programmable frame.
 
-use super::block_words::{AXES, bit};
+use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::ProgramFrame;
 use super::modal::Transformation;
 use crate::program::{Address, Code, Keyword};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
-const ROTARY: u32 = bit(Address::A) | bit(Address::B) | bit(Address::C);
+const ROTARY: u32 = Address::A.bit() | Address::B.bit() | Address::C.bit();
 const FRAMES: [Transformation; 3] =
     [Transformation::Rotation, Transformation::Scaling, Transformation::Mirror];
 
@@ -16,7 +16,7 @@ impl Interpreter {
     /// block.
     #[inline]
     pub(super) fn take_tool_words(&mut self, may_be_skipped: bool) {
-        if self.block.present & (bit(Address::T) | bit(Address::D)) == 0 {
+        if self.block.present & (Address::T.bit() | Address::D.bit()) == 0 {
             return;
         }
         if self.block.has(Address::T) {

@@ -1,7 +1,7 @@
 //! Statement words of conversational and cutter location programs: the modes that they set, and their effects on their
 //! own block only.
 
-use super::block_words::{AXES, bit};
+use super::block_words::AXES;
 use super::dialect::PlainStatement;
 use super::execute::Action;
 use super::interpreter::Interpreter;
@@ -310,9 +310,9 @@ impl Interpreter {
         let axes = [Address::X, Address::Y, Address::Z, Address::A, Address::B, Address::C];
         for address in axes.into_iter().filter(|address| self.block.has(*address)) {
             if self.block.value(address) == Some(1.0) {
-                scaled &= !bit(address);
+                scaled &= !address.bit();
             } else {
-                scaled |= bit(address);
+                scaled |= address.bit();
             }
         }
         self.modal.scaled_axes = scaled;

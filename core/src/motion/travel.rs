@@ -1,6 +1,6 @@
 //! Makes a motion from axis words.
 
-use super::block_words::{AXES, bit};
+use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::modal::{MotionMode, ToolLength};
 use super::motion_shell::most_decimals;
@@ -10,8 +10,8 @@ use crate::program::{Address, Block};
 pub(super) const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
 pub(super) const NORMAL: [Address; 3] = [Address::NX, Address::NY, Address::NZ];
 pub(super) const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
-pub(super) const NORMALS: u32 = bit(Address::NX) | bit(Address::NY) | bit(Address::NZ);
-pub(super) const VECTORS: u32 = bit(Address::TI) | bit(Address::TJ) | bit(Address::TK);
+pub(super) const NORMALS: u32 = Address::NX.bit() | Address::NY.bit() | Address::NZ.bit();
+pub(super) const VECTORS: u32 = Address::TI.bit() | Address::TJ.bit() | Address::TK.bit();
 /// Words of the centre and the radius of an arc.
 const I: u32 = 1 << 8;
 const J: u32 = 1 << 9;
@@ -20,7 +20,7 @@ const R: u32 = 1 << 17;
 pub(super) const CENTRE: u32 = I | J | K;
 /// Repetitions of a cycle.
 const L: u32 = 1 << 11;
-pub(super) const POINTS: u32 = bit(Address::U) | bit(Address::V) | bit(Address::W);
+pub(super) const POINTS: u32 = Address::U.bit() | Address::V.bit() | Address::W.bit();
 /// Words that state where the cutter touches.
 pub(super) const CONTACTS: u32 = POINTS | NORMALS;
 
@@ -135,7 +135,7 @@ impl Interpreter {
         if self.this_block.odd_turns || (has_turns && kind != MotionKind::Arc) {
             reason = Some(Unfollowable::ControlWord);
         }
-        if block.present & bit(self.axes.foreign()) != 0
+        if block.present & self.axes.foreign().bit() != 0
             && (block.value(self.axes.foreign()).is_none()
                 || block.value(self.axes.foreign()) != self.position.foreign_deg
                 || block.is_incremental(self.axes.foreign(), self.modal.incremental) == Some(true))
@@ -160,7 +160,7 @@ impl Interpreter {
         {
             reason = Some(Unfollowable::IncrementalContact);
         }
-        let relevant = AXES | POINTS | VECTORS | bit(Address::E) | bit(Address::F);
+        let relevant = AXES | POINTS | VECTORS | Address::E.bit() | Address::F.bit();
         if block.unknown & relevant != 0 {
             reason = Some(Unfollowable::Expression { address: first_address(block.unknown & relevant) });
         }
@@ -210,7 +210,7 @@ impl Interpreter {
                 _ => None,
             };
         }
-        if block.present & bit(self.axes.foreign()) != 0 {
+        if block.present & self.axes.foreign().bit() != 0 {
             let sense = block.is_incremental(self.axes.foreign(), self.modal.incremental);
             let absolute = sense == Some(false);
             self.position.foreign_deg = block.value(self.axes.foreign()).filter(|_| absolute);
@@ -221,10 +221,10 @@ impl Interpreter {
             self.position.tool_axis = VECTOR.map(|address| block.value(address));
             self.position.forget_rotary_words();
             self.position.decimals[3..].fill(most_decimals(block));
-        } else if block.present & (bit(first) | bit(second)) != 0 {
+        } else if block.present & (first.bit() | second.bit()) != 0 {
             self.position.forget_tool_axis();
         }
-        if block.comma & bit(Address::A) != 0 {
+        if block.comma & Address::A.bit() != 0 {
             // An angle replaces a coordinate, so the control computes the end.
             self.position.forget_linear();
         }

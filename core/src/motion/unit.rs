@@ -1,6 +1,6 @@
 //! The unit in which a program counts. The text or the caller states it; otherwise the program is refused.
 
-use super::block_words::{DWELL, bit};
+use super::block_words::DWELL;
 use super::interpreter::{Interpreter, at_bytes};
 use super::meaning::Meaning;
 use crate::program::{Address, Batch, Block, DiagnosticCode, Diagnostics};
@@ -44,16 +44,16 @@ impl Default for ProgramUnit {
 }
 
 /// Words that are lengths: X Y Z, U V W, the centre of an arc and its radius.
-const LENGTHS: u32 = bit(Address::X)
-    | bit(Address::Y)
-    | bit(Address::Z)
-    | bit(Address::U)
-    | bit(Address::V)
-    | bit(Address::W)
-    | bit(Address::I)
-    | bit(Address::J)
-    | bit(Address::K)
-    | bit(Address::R);
+const LENGTHS: u32 = Address::X.bit()
+    | Address::Y.bit()
+    | Address::Z.bit()
+    | Address::U.bit()
+    | Address::V.bit()
+    | Address::W.bit()
+    | Address::I.bit()
+    | Address::J.bit()
+    | Address::K.bit()
+    | Address::R.bit();
 
 impl Interpreter {
     /// The dialect is now known. Sets the unit in which its programs count before they state one.
@@ -97,7 +97,7 @@ impl Interpreter {
         if lengths == 0 || self.needs_no_unit() {
             return;
         }
-        let Some(word) = batch.words(block).iter().find(|word| lengths & bit(word.address) != 0) else {
+        let Some(word) = batch.words(block).iter().find(|word| lengths & word.address.bit() != 0) else {
             return;
         };
         let code = DiagnosticCode::UnitUnknown { address: word.address };

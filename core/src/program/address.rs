@@ -76,6 +76,12 @@ impl Address {
         if self.0 >= b'x' { (self.0 - b'x') as usize + 26 } else { (self.0 - b'A') as usize }
     }
 
+    /// A number with only the bit of [`Self::index`] set, for sets of addresses.
+    #[must_use]
+    pub const fn bit(self) -> u32 {
+        1 << self.index()
+    }
+
     /// Whether words of this address state a place to go to: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
     #[must_use]
     pub const fn is_coordinate(self) -> bool {

@@ -4,8 +4,8 @@ use super::contact_ends::{ContactEnds, contact_decimals};
 use super::division::Division;
 use super::judge::Checked;
 use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
-use crate::motion::{Feed, FeedForm, FeedMode, Motion};
-use crate::process::pipeline::{Emitter, differs, exact_decimals, form, in_units, letter, rounded_feed};
+use crate::motion::{Feed, FeedForm, FeedMode, Motion, rotary_addresses};
+use crate::process::pipeline::{Emitter, differs, exact_decimals, form, in_units, rounded_feed};
 use crate::program::{
     Address, Batch, Block, NewWord, WriteFault, print_changed_without, print_inserted_without,
     round_to_decimals,
@@ -104,7 +104,7 @@ const VECTOR: [Address; 3] = [Address::TI, Address::TJ, Address::TK];
 
 impl<'a> Words<'a> {
     fn new(batch: &Batch, checked: &'a Checked<'a>, motion: &'a Motion, division: &Division) -> Self {
-        let rotary = checked.block.machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()));
+        let rotary = rotary_addresses(checked.block.machine);
         let letters = [Address::X, Address::Y, Address::Z, rotary[0], rotary[1]];
         let source = batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.words(block));
         let present = letters.map(|letter| source.iter().any(|word| word.address == letter));

@@ -42,7 +42,7 @@ impl LeftOutReason {
     pub fn text(self) -> String {
         match self {
             Self::NotFollowed(reason) => format!("a motion that cannot be followed: {reason}"),
-            Self::WorkOffsetChanged => "a motion under another work offset than the first".to_owned(),
+            Self::WorkOffsetChanged => "a motion under a work offset that is not known, or with a shifted zero".to_owned(),
             Self::Arc => "an arc: the control decides how the tool moves along it".to_owned(),
             Self::UnknownArc(why) => format!("an arc whose path is not known: {why}"),
             Self::PositionUnknown => "an axis whose position is not known".to_owned(),

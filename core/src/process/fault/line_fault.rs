@@ -140,7 +140,7 @@ pub enum LineFaultKind {
     NotPosted(#[from] NotPosted),
     /// A motion that has to move, under another work offset that is not stated, or under a shifted one.
     #[error(
-        "the motion has to move, but its work offset is not the program's first and is not stated, or the program shifts it: state it in `work_offsets_mm`"
+        "the motion has to move, but its work offset is not stated, or the program shifts it or may have shifted it in a call. State the offset in `work_offsets_mm`, set a shift at the control, or replace the call by the blocks that it runs"
     )]
     OtherWorkOffset,
     /// A motion that has to move while not all five axes are known.

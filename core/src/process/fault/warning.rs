@@ -19,7 +19,7 @@ pub enum WarningKind {
     ContactSwings,
     /// A motion that cannot be followed: neither checked nor changed.
     NotFollowed,
-    /// A motion under another work offset than the first: neither checked nor changed.
+    /// A motion under a work offset that is not known, or with a shifted zero: neither checked nor changed.
     WorkOffsetChanged,
     /// A rotary axis without a travel limit turns by half a turn or more: neither checked nor changed.
     MayRollOver,
@@ -143,7 +143,7 @@ impl WarningKind {
             }
             Self::NotFollowed => "this motion cannot be followed; it is neither checked nor changed",
             Self::WorkOffsetChanged => {
-                "the work offset in force is not known: the program calls an offset that is not stated, or shifts its zero itself (G92, G52, G10, TRANS, a probing cycle). The motion is neither checked nor changed. State the offset in `work_offsets_mm`, in the request or in the machine's profile; set a shift at the control instead of in the program. The report lists the lines in `resolved.work_offsets`"
+                "the work offset in force is not known: the program calls an offset that is not stated, shifts its zero itself (G92, G52, G10, TRANS, a probing cycle), or has a call or an unknown code that may shift it (M98, G65). The motion is neither checked nor changed. State the offset in `work_offsets_mm`, in the request or in the machine's profile. Set a shift at the control instead of in the program. Replace a call by the blocks that it runs, and remove an unknown code that the machine does not need. The report lists the lines in `resolved.work_offsets`"
             }
             Self::MayRollOver => {
                 "a rotary axis without a travel limit turns by half a turn or more in one block. Some controls turn it the other way round, so the motion is neither checked nor changed. State a travel in the machine's profile, or divide the turn"
@@ -177,7 +177,7 @@ impl WarningKind {
                 "the deviation is over the tolerance after the seed correction; use the even correction, or take a larger tolerance"
             }
             Self::EffectUnknown => {
-                "a call or a code has an unknown effect; after it, positions and modes are unknown until words set them again"
+                "a call or a code has an unknown effect. After it, positions, modes and the zero are not known, and later motions may be left unchanged to the end of the program. Replace a call by the blocks that it runs, or remove a code that the machine does not need"
             }
             Self::TextAfterEnd => "blocks after the program's end are copied, neither checked nor changed",
             Self::WordsWithoutPoint => {

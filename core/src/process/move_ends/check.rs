@@ -55,6 +55,13 @@ impl Expected for ExpectedEnd {
 
 /// Reads the output back and sums up what it leaves.
 pub(super) struct EndsCheck<'a> {
+    read_back: ReadBack<ExpectedEnd>,
+    pub(super) ends: ComparedEnds<'a>,
+    stop: &'a Stop<'a>,
+}
+
+/// The comparison of the motions read with those planned, one after the other.
+pub(super) struct ComparedEnds<'a> {
     machine: &'a Machine,
     parameters: &'a WearParameters,
     moves: Moves<'a>,
@@ -63,7 +70,6 @@ pub(super) struct EndsCheck<'a> {
     has_wear: bool,
     /// The worn cutter of the current section. `None` without wear, and for a tool of which nothing is known.
     worn: Option<WornTool>,
-    read_back: ReadBack<ExpectedEnd>,
     /// The last contact of the source, if a motion at feed may continue from it.
     contact_mm: Option<Vec3>,
     pub(super) found: BeforeAfter,
@@ -73,7 +79,6 @@ pub(super) struct EndsCheck<'a> {
     pub(super) axis_left: Largest<Angle>,
     /// The outcomes of the motions read back, for the caller to collect.
     changes: Vec<MotionChange>,
-    stop: &'a Stop<'a>,
 }
 
 impl StepCheck for EndsCheck<'_> {
@@ -89,7 +94,7 @@ impl StepCheck for EndsCheck<'_> {
     }
 
     fn outcomes(&mut self) -> &mut Vec<MotionChange> {
-        &mut self.changes
+        &mut self.ends.changes
     }
 }
 
@@ -102,7 +107,7 @@ impl<'a> EndsCheck<'a> {
     ) -> Self {
         let parameters = moves.parameters;
         let [_, written] = moves.set_ups(machine);
-        Self {
+        let ends = ComparedEnds {
             machine,
             parameters,
             worn: moves.worn_tool(written.now.tool),
@@ -110,14 +115,13 @@ impl<'a> EndsCheck<'a> {
             written,
             recalibrates: moves.recalibrates,
             has_wear: moves.has_wear,
-            read_back: ReadBack::new(machine, dialect, &moves.source_program),
             contact_mm: None,
             found: BeforeAfter::default(),
             if_assumed: DeviationTotals::default(),
             axis_left: Largest::default(),
             changes: Vec::new(),
-            stop,
-        }
+        };
+        Self { read_back: ReadBack::new(machine, dialect, &moves.source_program), ends, stop }
     }
 
     /// Blocks of the output.
@@ -126,14 +130,25 @@ impl<'a> EndsCheck<'a> {
     }
 
     fn read(&mut self) -> Result<(), Fault> {
-        while let Some((motion, next)) = self.read_back.next()? {
-            if self.changes.len().is_multiple_of(ASK_EVERY) && (self.stop)().is_break() {
+        // Motions are large: they are compared where they are.
+        while self.read_back.advance()? {
+            if self.ends.changes.len().is_multiple_of(ASK_EVERY) && (self.stop)().is_break() {
                 return Err(Fault::Cancelled);
             }
-            let mut change = MotionChange::none(next.motion.line, next.motion.kind);
-            self.check(&motion, &next, &mut change)?;
-            self.changes.push(change);
+            if let Some((read, next)) = self.read_back.pair() {
+                self.ends.compare(read, next)?;
+            }
+            self.read_back.drop_pair();
         }
+        Ok(())
+    }
+}
+
+impl ComparedEnds<'_> {
+    fn compare(&mut self, read: &Motion, next: &ExpectedEnd) -> Result<(), Fault> {
+        let mut change = MotionChange::none(next.motion.line, next.motion.kind);
+        self.check(read, next, &mut change)?;
+        self.changes.push(change);
         Ok(())
     }
 

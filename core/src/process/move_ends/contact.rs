@@ -186,7 +186,35 @@ pub(super) fn carried(tool: &WornTool, pose: &ToolPose, carried_mm: Vec3) -> Wor
     WornContact { hold, shift_mm, note: None, ..plain }
 }
 
-/// ψ between normal and tool axis.
-pub(super) fn contact_angle(contact: &WornContact, axis: Vec3) -> Angle {
-    Angle::from_rad(angle_between(contact.hold.normal(axis), axis))
+/// The least and the largest angle ψ between normal and tool axis so far.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct ContactAngles {
+    /// The angles with their cosines.
+    extremes: Option<[(Angle, f64); 2]>,
+}
+
+/// A cosine that is this much inside two others has its angle inside theirs. It is far above the rounding of both.
+const SURELY_INSIDE: f64 = 1e-12;
+
+impl ContactAngles {
+    pub(super) fn take(&mut self, contact: &WornContact, axis: Vec3) {
+        let normal = contact.hold.normal(axis);
+        let cos = normal.dot(&axis);
+        // Few points are an extreme. The others need no arc tangent.
+        if let Some([least, most]) = &self.extremes
+            && cos < least.1 - SURELY_INSIDE
+            && cos > most.1 + SURELY_INSIDE
+        {
+            return;
+        }
+        let here = (Angle::from_rad(angle_between(normal, axis)), cos);
+        let [least, most] = self.extremes.unwrap_or([here, here]);
+        self.extremes =
+            Some([if here.0 < least.0 { here } else { least }, if here.0 > most.0 { here } else { most }]);
+    }
+
+    /// The least and the largest angle; `None` without any contact.
+    pub(super) fn range(&self) -> Option<[Angle; 2]> {
+        self.extremes.map(|extremes| extremes.map(|(angle, _)| angle))
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::assumption::Assumption;
 use super::check::{ASK_EVERY, EndsCheck, ExpectedEnd};
-use super::contact::contact_angle;
+use super::contact::ContactAngles;
 use super::feed::lowered_feed;
 use super::moved::Moved;
 use super::moves::Moves;
@@ -15,13 +15,15 @@ use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
 use crate::machine::{Machine, Travel};
-use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::motion::{
+    AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable, rotary_addresses,
+};
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, WarningKind, Warnings, go_on};
-use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork, letter};
+use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork};
 use crate::process::set_up::{ContactSource, Stop};
 use crate::process::text::{Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
 use crate::program::{Address, Batch, Dialect, Keyword, NewWord, StepName, Steps};
-use crate::units::{Angle, Length};
+use crate::units::Length;
 
 /// G90.1 and G91.1, in tenths.
 const ABSOLUTE_CENTRES: u32 = 901;
@@ -49,7 +51,9 @@ pub(super) struct EndsWork<'a> {
     pub(super) motions_followed: u64,
     feeds_lowered: u64,
     max_shift: (f64, Option<u64>),
-    contact_angles: Option<[Angle; 2]>,
+    contact_angles: ContactAngles,
+    /// The new words of the present block, whose memory is used again.
+    words: Vec<NewWord>,
     recalibration: Recalibration,
     stop: &'a Stop<'a>,
 }
@@ -110,7 +114,7 @@ impl<'a> EndsWork<'a> {
         Self {
             survey,
             pilot,
-            axes: Axes::new(machine.rotary_axes().each_ref().map(|axis| letter(axis.letter.as_char()))),
+            axes: Axes::new(rotary_addresses(machine)),
             points: Written::new([Address::U, Address::V, Address::W]),
             moves_points: moves.moves_points(machine),
             rewriter: Rewriter::default(),
@@ -124,7 +128,8 @@ impl<'a> EndsWork<'a> {
             motions_followed: 0,
             feeds_lowered: 0,
             max_shift: (0.0, None),
-            contact_angles: None,
+            contact_angles: ContactAngles::default(),
+            words: Vec::new(),
             recalibration: Recalibration::default(),
             stop,
         }
@@ -274,7 +279,9 @@ impl<'a> EndsWork<'a> {
         if let Err(kind) = self.check_travel(motion, &end) {
             return Ok(Err(kind));
         }
-        let mut words: Vec<NewWord> = plan.words.into_iter().chain(turned.words).flatten().collect();
+        let mut words = std::mem::take(&mut self.words);
+        words.clear();
+        words.extend(plan.words.into_iter().chain(turned.words).flatten());
         let contact = self.move_points(batch, motion, [&source_end, &end], linear, &mut words);
         let lowered =
             match start.map(|start| lowered_feed(motion, [&start, &end], self.survey.has_feed_column)) {
@@ -292,6 +299,7 @@ impl<'a> EndsWork<'a> {
                 self.rewriter.count_restored();
             }
         }
+        self.words = words;
         self.feeds_lowered += u64::from(lowered.is_some());
         self.count(motion, point.as_ref());
         if let Some(point) = &point {
@@ -365,10 +373,7 @@ impl<'a> EndsWork<'a> {
         } else {
             self.contacts_kept += 1;
         }
-        let angle = contact_angle(&point.contact, point.pose.axis);
-        let [least, most] = self.contact_angles.unwrap_or([angle, angle]);
-        self.contact_angles =
-            Some([if angle < least { angle } else { least }, if angle > most { angle } else { most }]);
+        self.contact_angles.take(&point.contact, point.pose.axis);
     }
 
     fn foresee(
@@ -392,7 +397,7 @@ impl<'a> EndsWork<'a> {
     }
 
     /// Checks the travel of the axes at the place to which the block leads.
-    fn check_travel(&self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
+    fn check_travel(&mut self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
         let machine = self.pilot.machine;
         let check = |axis: char, commanded: f64, travel: Option<Travel>| {
             LineFaultKind::outside(axis, commanded, travel).map_or(Ok(()), Err)
@@ -409,6 +414,7 @@ impl<'a> EndsWork<'a> {
             Interpolation::Tcp => {
                 let rotary_rad = rotary_rad(machine, end.rotary_deg);
                 if !self.pilot.written.now.is_stated() {
+                    self.pilot.warnings.add(WarningKind::TravelNotChecked, Some(motion.line));
                     return Ok(());
                 }
                 let kinematics = &self.pilot.written.now.kinematics;
@@ -451,7 +457,7 @@ impl<'a> EndsWork<'a> {
         }
         self.recalibration.warn(warnings);
         let (max_shift_mm, max_shift_line) = self.max_shift;
-        self.recalibration.left = verifier.axis_left;
+        self.recalibration.left = verifier.ends.axis_left;
         // If bytes change only by rounding or by a feed, all requested steps are named.
         let did_wear = moves.has_wear && max_shift_mm > 0.0;
         let did_recalibrate = moves.recalibrates && self.recalibration.did_something();
@@ -474,18 +480,18 @@ impl<'a> EndsWork<'a> {
             contacts_kept: self.contacts_kept,
             contacts_assumed: self.contacts_assumed,
             assumption: is_assumed.then_some(self.pilot.assumption),
-            after_if_assumed: is_assumed.then(|| verifier.if_assumed.summary()),
+            after_if_assumed: is_assumed.then(|| verifier.ends.if_assumed.summary()),
             motions_shifted: self.motions_shifted,
             feeds_lowered: self.feeds_lowered,
             feeds_restored: self.rewriter.feeds_restored(),
             max_shift: Length::from_mm(max_shift_mm),
             max_shift_line,
-            contact_angles: self.contact_angles,
+            contact_angles: self.contact_angles.range(),
             curvature: self.pilot.parameters.part.as_ref().map(|_| self.pilot.curvature),
-            before: verifier.found.before.summary(),
-            after: verifier.found.after.summary(),
-            cc_path_length_mm: verifier.found.before.path_mm(),
-            series: verifier.found.series,
+            before: verifier.ends.found.before.summary(),
+            after: verifier.ends.found.after.summary(),
+            cc_path_length_mm: verifier.ends.found.before.path_mm(),
+            series: verifier.ends.found.series,
             warnings: self.pilot.warnings.into_list(),
         };
         (Moved { wear, recalibration: self.recalibration }, self.rewriter.into_lines())

@@ -1,7 +1,7 @@
 //! The sources of a part's error, before and after, and the sources that were not modelled.
 
 use super::changes::{ChangeTotals, keep_worst};
-use crate::process::pipeline::{MotionChange, MotionError};
+use crate::process::pipeline::{ErrorShares, MotionChange, MotionError};
 
 /// One source over a whole program: its largest shares, with their lines.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -187,7 +187,7 @@ impl Tally {
     pub(in crate::process) fn take(&mut self, change: &MotionChange) {
         let MotionChange { line, error, .. } = *change;
         let budget = &mut self.budget;
-        let lines = [
+        let lines: [_; ErrorShares::COUNT] = [
             &mut budget.interpolation,
             &mut budget.location_errors,
             &mut budget.wear,

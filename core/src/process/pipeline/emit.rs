@@ -234,11 +234,3 @@ pub(in crate::process) fn exact_decimals(value: f64, decimals: u8) -> u8 {
         .find(|&digits| !differs(round_to_decimals(value, digits), value))
         .unwrap_or(decimals)
 }
-
-pub(in crate::process) fn letter(letter: char) -> Address {
-    match letter {
-        'A' => Address::A,
-        'B' => Address::B,
-        _ => Address::C,
-    }
-}

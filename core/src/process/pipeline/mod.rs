@@ -22,9 +22,7 @@ pub(in crate::process) use deviation::DeviationTotals;
 pub(in crate::process) use drive::{
     Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Surveyed, Upstream,
 };
-pub(in crate::process) use emit::{
-    Emitter, MIN_FEED, differs, exact_decimals, form, in_units, letter, rounded_feed,
-};
+pub(in crate::process) use emit::{Emitter, MIN_FEED, differs, exact_decimals, form, in_units, rounded_feed};
 pub(in crate::process) use meaning::{Meaning, SAME_WORD, same_words};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{BeforeAfter, Expected, MachineWord, ReadBack, TIME_ROUNDING, failed};

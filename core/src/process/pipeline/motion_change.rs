@@ -19,10 +19,13 @@ pub struct ErrorShares {
 }
 
 impl ErrorShares {
+    /// The number of shares.
+    pub const COUNT: usize = 5;
+
     /// The sum of all shares, as if all pointed the same way: never less than their combined error.
     #[must_use]
     pub fn sum_mm(&self) -> f64 {
-        self.interpolation_mm + self.location_errors_mm + self.wear_mm + self.rounding_mm + self.servo_mm
+        self.list().iter().sum()
     }
 
     /// The shares of two steps. Where both have a share, as if both pointed the same way.
@@ -38,15 +41,16 @@ impl ErrorShares {
     }
 
     /// The shares from this order of the members.
-    pub(super) fn of_list(list: [f64; 5]) -> Self {
+    pub(super) fn of_list(list: [f64; Self::COUNT]) -> Self {
         let [interpolation_mm, location_errors_mm, wear_mm, rounding_mm, servo_mm] = list;
         Self { interpolation_mm, location_errors_mm, wear_mm, rounding_mm, servo_mm }
     }
 
     /// The shares in the order of the members.
     #[must_use]
-    pub fn list(&self) -> [f64; 5] {
-        [self.interpolation_mm, self.location_errors_mm, self.wear_mm, self.rounding_mm, self.servo_mm]
+    pub fn list(&self) -> [f64; Self::COUNT] {
+        let Self { interpolation_mm, location_errors_mm, wear_mm, rounding_mm, servo_mm } = *self;
+        [interpolation_mm, location_errors_mm, wear_mm, rounding_mm, servo_mm]
     }
 }
 
@@ -133,16 +137,25 @@ impl MotionChange {
     /// Whether a step changed the motion.
     #[must_use]
     pub fn is_change(&self) -> bool {
-        self.blocks_out > 1
-            || [self.location_errors_mm, self.axis_rad, self.wear_mm, self.cc_mm]
-                .iter()
-                .any(|share| *share > 0.0)
+        let Self { line: _, kind: _, location_errors_mm, axis_rad, wear_mm, cc_mm, blocks_out, error: _ } =
+            *self;
+        blocks_out > 1 || [location_errors_mm, axis_rad, wear_mm, cc_mm].iter().any(|share| *share > 0.0)
     }
 
     /// The sum of all shares of its change \[mm\].
     #[must_use]
     pub fn sum_mm(&self) -> f64 {
-        self.location_errors_mm + self.wear_mm + self.cc_mm
+        let Self {
+            line: _,
+            kind: _,
+            location_errors_mm,
+            axis_rad: _,
+            wear_mm,
+            cc_mm,
+            blocks_out: _,
+            error: _,
+        } = *self;
+        location_errors_mm + wear_mm + cc_mm
     }
 }
 

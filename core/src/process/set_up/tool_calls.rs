@@ -1,7 +1,17 @@
 //! A first look at the tool calls in a program's text: none, one or several tools.
 
 use crate::motion::{CalledTool, Spindle, ToolKey, ToolName};
-use crate::program::{Address, Batch, Block, WordForm};
+use crate::program::{Address, Batch, Block, Word, WordForm};
+
+/// Words that may call a tool.
+const CALLING: u32 = Address::T.bit() | Address::M.bit() | Address::D.bit();
+/// Words that move an axis.
+const MOVING: u32 = Address::X.bit()
+    | Address::Y.bit()
+    | Address::Z.bit()
+    | Address::A.bit()
+    | Address::B.bit()
+    | Address::C.bit();
 
 /// The tool calls found in a text so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,18 +42,13 @@ impl Default for ToolCalls {
 }
 
 impl ToolCalls {
-    /// Takes a block that was read.
+    /// Takes a block that was read, with the [bits](Address::bit) of its words' addresses.
     #[inline]
-    pub(in crate::process) fn see(&mut self, batch: &Batch, block: &Block) {
-        let mut calls = false;
-        for word in batch.words(block) {
-            calls |= matches!(word.address, Address::T | Address::M | Address::D)
-                || (word.address == Address::G && word.form == WordForm::Keyword);
-            self.has_moved |= matches!(
-                word.address,
-                Address::X | Address::Y | Address::Z | Address::A | Address::B | Address::C
-            );
-        }
+    pub(in crate::process) fn see(&mut self, batch: &Batch, block: &Block, addresses: u32) {
+        let is_keyword = |word: &Word| word.address == Address::G && word.form == WordForm::Keyword;
+        let calls = addresses & CALLING != 0
+            || addresses & Address::G.bit() != 0 && batch.words(block).iter().any(is_keyword);
+        self.has_moved |= addresses & MOVING != 0;
         if calls {
             self.take(batch, block);
         }

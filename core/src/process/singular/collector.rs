@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::contact::Cutting;
 use super::pending::{Pending, StatedAxes};
-use super::words::{POINT, rotary_addresses};
+use super::words::POINT;
 use crate::contact::{Station, rotary_rad};
 use crate::kinematics::SingularZone;
 use crate::machine::Tool;
-use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
+use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, rotary_addresses};
 use crate::process::contact_path::may_roll_over;
 use crate::process::fault::LineFaults;
 use crate::process::set_up::SetUps;
@@ -138,9 +138,12 @@ impl<'a> Collector<'a> {
             return None;
         }
         let (machine, kinematics) = (self.cutting.machine, &self.set_ups.now.kinematics);
+        let angles = [&start, &end].map(|words| rotary_rad(machine, words.rotary_deg));
+        if kinematics.stays_outside(&self.zone, angles) {
+            return None;
+        }
         let station = |words| Station::new(machine, kinematics, mode, words);
         let ends = [before.map_or_else(|| station(start), |before| before.ends[1]), station(end)];
-        let angles = ends.map(|end| rotary_rad(machine, end.words.rotary_deg));
         let polar_rad = kinematics.polar_range_rad(angles, ends.map(|end| end.pose.axis));
         if !self.zone.is_entered(polar_rad) {
             return None;
@@ -153,6 +156,7 @@ impl<'a> Collector<'a> {
             motion: *motion,
             kinematics: Arc::clone(kinematics),
             tool: self.tool(),
+            is_stated: self.set_ups.now.is_stated(),
             index,
             mode,
             ends,

@@ -19,6 +19,8 @@ pub(super) struct Cutting<'a> {
     pub(super) kinematics: Arc<Kinematics>,
     /// The cutter of these motions. If it is not known, a placeholder on which nothing depends.
     pub(super) tool: Tool,
+    /// Whether the positions of the axes are known under tool-centre-point control.
+    pub(super) is_stated: bool,
     pub(super) parameters: &'a CcParameters,
     pub(super) contact: ContactSource,
 }
@@ -32,7 +34,8 @@ impl<'a> Cutting<'a> {
     ) -> Self {
         let first = SetUps::new(machine, &parameters.program).now;
         let tool = first.cutter().unwrap_or(Tool::UNIT_BALL);
-        Self { machine, kinematics: first.kinematics, tool, parameters, contact }
+        let is_stated = first.is_stated();
+        Self { machine, kinematics: first.kinematics, tool, is_stated, parameters, contact }
     }
 
     /// The contact at a point. `None` if the contact, or the side on which it is, is not known. The caller then takes
@@ -57,7 +60,8 @@ impl<'a> Cutting<'a> {
 
     /// The same, with the set-up and the cutter of this motion.
     pub(super) fn on(&self, pending: &Pending) -> Self {
-        Self { kinematics: Arc::clone(&pending.kinematics), tool: pending.tool, ..self.clone() }
+        let Pending { kinematics, tool, is_stated, .. } = pending;
+        Self { kinematics: Arc::clone(kinematics), tool: *tool, is_stated: *is_stated, ..self.clone() }
     }
 
     /// The place in W that U V W state \[mm\]. In machine interpolation they are linear words for the block's rotary

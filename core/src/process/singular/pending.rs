@@ -25,6 +25,8 @@ pub(super) struct Pending {
     pub(super) kinematics: Arc<Kinematics>,
     /// The cutter of the motion. If it is not known, a placeholder on which nothing depends.
     pub(super) tool: Tool,
+    /// Whether the positions of the axes are known under tool-centre-point control.
+    pub(super) is_stated: bool,
     /// The number of the motion in the program.
     pub(super) index: u64,
     pub(super) mode: Interpolation,

@@ -92,7 +92,8 @@ impl<'a> Planner<'a> {
         self.survey.written_decimals(motion.mm_per_unit)
     }
 
-    /// Whether an axis would leave its travel at these words.
+    /// Whether an axis would leave its travel at these words. Without a stated set-up the positions of the linear axes
+    /// are not known under tool-centre-point control; the step of the contact path warns that they are not checked.
     pub(super) fn is_outside(&self, mode: Interpolation, words: &AxisWords) -> bool {
         let Cutting { machine, kinematics, .. } = &self.cutting;
         let rotary = machine.rotary_axes().iter().zip(words.rotary_deg);
@@ -108,6 +109,7 @@ impl<'a> Planner<'a> {
         }
         let linear_mm: [f64; 3] = match mode {
             Interpolation::Machine => words.linear_mm,
+            Interpolation::Tcp if !self.cutting.is_stated => return false,
             Interpolation::Tcp => {
                 let angles = rotary_rad(machine, words.rotary_deg);
                 kinematics.linear_mm(words.linear_mm.into(), angles).into()

@@ -3,7 +3,7 @@
 
 use super::pending::{Pending, StatedAxes};
 use crate::machine::Machine;
-use crate::motion::{AxisWords, ContactWords};
+use crate::motion::{AxisWords, ContactWords, rotary_addresses};
 use crate::process::pipeline::{exact_decimals, in_units};
 use crate::program::{Address, NewWord, round_to_decimals};
 
@@ -12,11 +12,6 @@ const SAME_WORD: f64 = 1e-9;
 
 /// U V W.
 pub(super) const POINT: [Address; 3] = [Address::U, Address::V, Address::W];
-
-/// The addresses of the rotary words in the order of the profile.
-pub(super) fn rotary_addresses(machine: &Machine) -> [Address; 2] {
-    machine.rotary_axes().each_ref().map(|axis| crate::process::pipeline::letter(axis.letter.as_char()))
-}
 
 /// How closely a value must be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

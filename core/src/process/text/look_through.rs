@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
 use super::survey::Survey;
 use crate::machine::Machine;
+use crate::motion::rotary_addresses;
 use crate::process::fault::Fault;
 use crate::program::{Batch, Dialect, ReadLimits, Reader, StampFinder};
 
@@ -18,7 +19,7 @@ impl Survey {
     ) -> Result<Self, Fault> {
         let mut survey = Self::nothing();
         let mut stamps = StampFinder::default();
-        let rotary = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
+        let rotary = rotary_addresses(machine);
         let mut reader = Reader::new(dialect, ReadLimits::default());
         let mut input = source.open()?;
         let mut batch = Batch::new();
@@ -55,10 +56,10 @@ mod tests {
 
     use super::*;
     use crate::machine::Preset;
-    use crate::program::Grammar;
+    use crate::program::{Address, Grammar};
 
     /// The survey of the whole text with every word read.
-    fn read(text: &[u8], dialect: Dialect, rotary: [char; 2]) -> Survey {
+    fn read(text: &[u8], dialect: Dialect, rotary: [Address; 2]) -> Survey {
         let mut survey = Survey::nothing();
         let mut reader = Reader::new(Some(dialect), ReadLimits::default());
         let mut batch = Batch::new();
@@ -120,7 +121,7 @@ mod tests {
             let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
             let source = text.clone().into_bytes();
             let found = Survey::of(&machine, Some(dialect), &source, &|| ControlFlow::Continue(())).unwrap();
-            prop_assert_eq!(found, read(text.as_bytes(), dialect, ['A', 'C']));
+            prop_assert_eq!(found, read(text.as_bytes(), dialect, [Address::A, Address::C]));
         }
     }
 }

@@ -63,7 +63,8 @@ impl Survey {
         asked.iter().find(is_refused).map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 
-    pub(in crate::process) fn see(&mut self, batch: &Batch, rotary: [char; 2]) {
+    /// Looks at the next batch. `rotary` are the addresses of the rotary axes.
+    pub(in crate::process) fn see(&mut self, batch: &Batch, rotary: [Address; 2]) {
         if batch.dialect().rules().grammar == Grammar::Cells {
             self.has_feed_column = batch.columns().contains(&Address::F);
             if batch.columns().contains(&Address::NX) {
@@ -72,27 +73,34 @@ impl Survey {
         }
         for block in batch.blocks() {
             let words = batch.words(block);
-            self.numbering.see(words);
-            self.tools.see(batch, block);
-            let mut points = 0;
-            for word in words.iter().filter(|word| word.form == WordForm::Number) {
+            let (mut addresses, mut points) = (0, 0);
+            for word in words {
+                addresses |= word.address.bit();
+                if word.form != WordForm::Number {
+                    continue;
+                }
                 let decimals = word.decimals.min(CONTROL_DECIMALS);
                 match word.address {
                     Address::X | Address::Y | Address::Z => {
                         self.linear_decimals = self.linear_decimals.max(decimals);
                     }
                     Address::U | Address::V | Address::W => points += 1,
-                    other if other.letter().is_some_and(|letter| rotary.contains(&char::from(letter))) => {
+                    other if rotary.contains(&other) => {
                         self.rotary_decimals = self.rotary_decimals.max(decimals);
                     }
                     _ => {}
                 }
             }
-            let states_normal = words.iter().any(|word| word.address == Address::NX);
-            if states_normal && self.stated.is_none() {
-                self.stated = Some(ContactSource::Normals);
+            if addresses & Address::N.bit() != 0 {
+                self.numbering.see(words);
             }
-            if points == 3 && self.stated.is_none() && is_cutting(words) {
+            self.tools.see(batch, block, addresses);
+            if self.stated.is_some() {
+                continue;
+            }
+            if addresses & Address::NX.bit() != 0 {
+                self.stated = Some(ContactSource::Normals);
+            } else if points == 3 && is_cutting(words) {
                 self.stated = Some(ContactSource::Program);
             }
         }
