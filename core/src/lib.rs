@@ -7,6 +7,8 @@
 
 pub mod units;
 
+mod listed;
+
 pub mod geometry;
 
 pub mod machine;

@@ -3,7 +3,7 @@
 //! the largest one in the end. They have a lower priority than the threads that answer and store, which need a core
 //! only for moments.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon_core::{Scope, ThreadPool, ThreadPoolBuilder};
 use tokio::runtime::{Builder, Runtime};
@@ -25,31 +25,38 @@ fn give_way_to_the_others() {
 #[cfg(not(target_os = "linux"))]
 fn give_way_to_the_others() {}
 
-/// The threads that are lent to computations for short parts of their work. They stay, because starting a thread takes
-/// as long as some of these parts.
+/// The threads that are lent to computations for short parts of their work. The first computation with parts starts
+/// them. They stay, because starting a thread takes as long as some of these parts.
 #[derive(Debug, Clone)]
-pub(super) struct LentThreads(Option<Arc<ThreadPool>>);
+pub(super) struct LentThreads {
+    count: usize,
+    /// `None` if they cannot be started.
+    pool: Arc<OnceLock<Option<ThreadPool>>>,
+}
 
 impl LentThreads {
     pub(super) fn new(count: usize) -> Self {
-        let pool = (count > 0).then(|| {
-            ThreadPoolBuilder::new()
-                .num_threads(count)
-                .thread_name(|_| "lent".to_owned())
-                .start_handler(|_| give_way_to_the_others())
-                .build()
-                .inspect_err(|fault| tracing::error!(error = %fault, "the lent threads cannot be created"))
-        });
-        Self(pool.and_then(Result::ok).map(Arc::new))
+        Self { count, pool: Arc::default() }
     }
 
     /// Runs `work` on the calling thread. It may spawn parts on the lent threads, and returns when all have ended.
     pub(super) fn scope<'s>(&self, work: impl FnOnce(Option<&Scope<'s>>)) {
-        match &self.0 {
+        let pool =
+            if self.count == 0 { None } else { self.pool.get_or_init(|| started(self.count)).as_ref() };
+        match pool {
             Some(pool) => pool.in_place_scope(|scope| work(Some(scope))),
             None => work(None),
         }
     }
+}
+
+fn started(count: usize) -> Option<ThreadPool> {
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(count)
+        .thread_name(|_| "lent".to_owned())
+        .start_handler(|_| give_way_to_the_others())
+        .build();
+    pool.inspect_err(|fault| tracing::error!(error = %fault, "the lent threads cannot be created")).ok()
 }
 
 /// A number of threads, started when they are needed.

@@ -3,6 +3,7 @@
 //! that it owes.
 
 use super::dialect::MotionRules;
+use super::meaning::BlockMotion;
 use super::{FeedMode, Interpolation};
 use crate::program::{Code, Dialect, Keyword, Word};
 
@@ -72,6 +73,12 @@ impl FeedRules {
     #[inline]
     pub const fn of(dialect: Dialect) -> &'static Self {
         &MotionRules::of(dialect).feed
+    }
+
+    /// What a word of this dialect says about the motion of its block, if it says anything.
+    #[must_use]
+    pub fn block_motion(dialect: Dialect, word: &Word) -> Option<BlockMotion> {
+        word.code().and_then(|code| MotionRules::of(dialect).meaning(code).block_motion())
     }
 
     /// How F counts after this code and in which unit, if the code states it.

@@ -219,7 +219,40 @@ pub(super) enum Meaning {
     Unknown,
 }
 
+/// What a code or statement word says about the motion of its block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BlockMotion {
+    /// Axis words are a motion at rapid traverse, here and in the blocks after it.
+    Rapid,
+    /// Axis words are a motion at feed, here and in the blocks after it.
+    AtFeed,
+    /// The axis words of the block are not a place to go to.
+    NotByAxisWords,
+}
+
 impl Meaning {
+    /// What it says about the motion of its block, if it says anything.
+    pub(super) const fn block_motion(self) -> Option<BlockMotion> {
+        match self {
+            Self::Motion(MotionMode::Rapid) => Some(BlockMotion::Rapid),
+            Self::Motion(_) => Some(BlockMotion::AtFeed),
+            Self::NoMotion
+            | Self::WriteOffsets
+            | Self::Shift
+            | Self::LocalShift
+            | Self::EndShift
+            | Self::OtherShift
+            | Self::CylinderOfAxis
+            | Self::Transform(Transformation::PartFrame, _)
+            | Self::Transform(_, true)
+            | Self::ProgramFrame(..)
+            | Self::Statement(
+                Statement::DatumShift | Statement::AxisScaling | Statement::From | Statement::ToolAxis,
+            ) => Some(BlockMotion::NotByAxisWords),
+            _ => None,
+        }
+    }
+
     /// The tool length that the code puts in force, if it does so.
     pub(super) const fn tool_length(self) -> Option<ToolLength> {
         match self {

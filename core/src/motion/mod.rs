@@ -54,6 +54,7 @@ pub use feed::{Feed, FeedMode};
 pub use feed_rules::{FeedForm, FeedPath, FeedPaths, FeedRules};
 pub use interpreter::{Interpreter, InterpreterOptions};
 pub use machine_axes::rotary_addresses;
+pub use meaning::BlockMotion;
 pub use motions::{ArcCourse, Interpolation, Motion, MotionKind};
 pub(crate) use spindle::Spindle;
 pub use spindle::{CalledTool, StatedCutter, ToolKey, ToolName};

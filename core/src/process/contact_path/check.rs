@@ -18,7 +18,7 @@ use crate::motion::{ContactWords, Motion, MotionKind};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::{
-    BeforeAfter, Expected, Meaning, MotionChange, Outgoing, ReadBack, SAME_WORD, StepCheck, failed,
+    BeforeAfter, Expected, KeptMotion, MotionChange, Outgoing, ReadBack, SAME_READ_BACK, StepCheck, failed,
     same_words,
 };
 use crate::process::text::Stretch;
@@ -48,7 +48,7 @@ pub(in crate::process) enum SourceMotion {
     /// By its place in the stretch from which the current text was written.
     At { passage: usize, motion: usize, line: u64 },
     /// Kept from a stretch that is finished.
-    Kept(Box<Meaning>),
+    Kept(Box<KeptMotion>),
 }
 
 impl SourceMotion {
@@ -204,7 +204,7 @@ impl<'a> PathCheck<'a> {
                         SourceMotion::At { passage, motion, line } => {
                             let source = stretch.motion(*passage, *motion);
                             let source = source.ok_or(failed(*line, "a motion is missing"))?;
-                            Meaning::of(source).check(read)?;
+                            KeptMotion::of(source).check(read)?;
                             let is_exact = read.end.is_some()
                                 && read.end == source.end
                                 && (read.linear_end_mm, read.tool_axis)
@@ -322,7 +322,7 @@ impl<'a> PathCheck<'a> {
                 let start = whole.start.unwrap_or(whole.end);
                 let between = part.end >= start.min(whole.end) - SAME_EXTRA
                     && part.end <= start.max(whole.end) + SAME_EXTRA;
-                let ends = !last || (part.end - whole.end).abs() <= SAME_WORD;
+                let ends = !last || (part.end - whole.end).abs() <= SAME_READ_BACK;
                 if between && ends {
                     Ok(())
                 } else {
@@ -358,7 +358,7 @@ fn same_contact(a: ContactWords, b: ContactWords) -> bool {
     match (a, b) {
         (ContactWords::Point(a), ContactWords::Point(b))
         | (ContactWords::Normal(a), ContactWords::Normal(b)) => {
-            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_WORD)
+            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_READ_BACK)
         }
         (a, b) => a == b,
     }

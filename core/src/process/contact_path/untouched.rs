@@ -12,7 +12,7 @@
 use super::check::{ExpectedMotion, Judged, PathCheck, SourceMotion};
 use crate::motion::Motion;
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Copied, Meaning, Outgoing, failed};
+use crate::process::pipeline::{Copied, KeptMotion, Outgoing, failed};
 use crate::process::text::{Passage, Stretch};
 use crate::program::Block;
 
@@ -42,7 +42,7 @@ impl<'a> PathCheck<'a> {
                 && let SourceMotion::At { passage, motion: index, .. } = *motion
                 && let Some(source) = stretch.motion(passage, index)
             {
-                *motion = SourceMotion::Kept(Box::new(Meaning::of(source)));
+                *motion = SourceMotion::Kept(Box::new(KeptMotion::of(source)));
             }
         }
         Ok(())

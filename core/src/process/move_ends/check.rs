@@ -14,7 +14,7 @@ use crate::motion::{Motion, MotionKind};
 
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    BeforeAfter, DeviationTotals, ErrorShares, Expected, Meaning, MotionChange, MotionError, ReadBack,
+    BeforeAfter, DeviationTotals, ErrorShares, Expected, KeptMotion, MotionChange, MotionError, ReadBack,
     StepCheck, failed,
 };
 use crate::process::set_up::{SetUps, Stop};
@@ -154,7 +154,7 @@ impl ComparedEnds<'_> {
 
     fn check(&mut self, read: &Motion, next: &ExpectedEnd, change: &mut MotionChange) -> Result<(), Fault> {
         let line = next.motion.line;
-        Meaning::of(&next.motion).check(read)?;
+        KeptMotion::of(&next.motion).check(read)?;
         let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
         if read.tool_axis != next.motion.tool_axis {
             return Err(failed(line, "a stated tool axis changed"));

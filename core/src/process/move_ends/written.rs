@@ -1,10 +1,8 @@
 //! Tracks where the axes of the written program are relative to the source, and plans the words that move them.
 
 use crate::motion::{AxisWords, Motion};
+use crate::process::pipeline::SAME_WORD;
 use crate::program::{Address, Batch, NewWord, Word, WordForm, round_to_decimals};
-
-/// Places closer together than this are the same [program units].
-const SAME_WORD: f64 = 1e-9;
 
 /// Coordinates that are written together: X Y Z, U V W, or the two rotary axes. Lengths are mm, angles degrees.
 #[derive(Debug, Clone, Copy)]

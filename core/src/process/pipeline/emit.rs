@@ -11,7 +11,7 @@ use crate::program::{
 pub(in crate::process) const MIN_FEED: f64 = 1e-6;
 
 /// A written number this close to the intended one is equal to it \[program units\].
-const SAME_WORD: f64 = 1e-9;
+pub(in crate::process) const SAME_WORD: f64 = 1e-9;
 /// Largest relative rounding error of an F word. If the source's decimals are too coarse, finer ones are used.
 const FEED_ROUNDING: f64 = 0.005;
 /// Most decimals of an F word: the smallest one written still has three digits.

@@ -1,12 +1,7 @@
 //! Whether the meaning of F changes before a motion restores the F that divided blocks replaced.
 
-use crate::motion::{FeedMode, FeedRules};
+use crate::motion::{BlockMotion, FeedMode, FeedRules};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, Word};
-
-/// G codes after which a block with axis words moves at feed, in tenths: G1 to G3, and canned cycles.
-fn moves_at_feed(tenths: u32) -> bool {
-    matches!(tenths, 10 | 20 | 30 | 730 | 740 | 760 | 810..=899)
-}
 
 /// Looks at the blocks from `first` on. True if a block changes the meaning of F before the next motion at feed
 /// restores the F owed in this mode. False if that motion, an F of the source, or the program's end comes first.
@@ -43,15 +38,17 @@ pub(in crate::process) fn feed_at_risk(
         if ends_program(words) {
             return Some(false);
         }
-        for word in words.iter().filter(|word| word.address == Address::G) {
-            match word.code_tenths() {
-                Some(0) => is_rapid = true,
-                Some(code) if moves_at_feed(code) => is_rapid = false,
-                _ => {}
+        let mut moves = words.iter().any(|word| word.address.is_coordinate());
+        for word in words {
+            match FeedRules::block_motion(batch.dialect(), word) {
+                Some(BlockMotion::Rapid) => is_rapid = true,
+                Some(BlockMotion::AtFeed) => is_rapid = false,
+                Some(BlockMotion::NotByAxisWords) => moves = false,
+                None => {}
             }
         }
         let here = words.iter().any(|word| matches!(word.keyword(), Some(Keyword::Fmax | Keyword::Rapid)));
-        if has_coordinates(words) && !is_rapid && !here {
+        if moves && !is_rapid && !here {
             return Some(is_changed);
         }
     }
@@ -65,39 +62,9 @@ fn ends_program(words: &[Word]) -> bool {
     codes.filter_map(Word::code_tenths).any(|code| matches!(code, 20 | 300))
 }
 
-/// Whether the block moves by words of its own. Axis words of offsets and frames move nothing.
-fn has_coordinates(words: &[Word]) -> bool {
-    words.iter().any(|word| word.address.is_coordinate()) && !words.iter().any(takes_axis_words)
-}
-
 /// Whether the block is a dwell (G4), whose F may be a time.
 fn is_dwell(words: &[Word]) -> bool {
     words.iter().any(|word| word.address == Address::G && word.code_tenths() == Some(40))
-}
-
-/// Whether this is a code or statement whose axis words are not a position to move to.
-fn takes_axis_words(word: &Word) -> bool {
-    use Keyword as K;
-    let by_statement = matches!(
-        word.keyword(),
-        Some(
-            K::DatumShift
-                | K::AxisScaling
-                | K::From
-                | K::ToolAxis
-                | K::Trans
-                | K::Atrans
-                | K::Rot
-                | K::Arot
-                | K::Scale
-                | K::Ascale
-                | K::Mirror
-                | K::Amirror
-        )
-    );
-    let by_code = word.address == Address::G
-        && matches!(word.code_tenths(), Some(40 | 100 | 220 | 230 | 520 | 920..=923 | 1070));
-    by_statement || by_code
 }
 
 #[cfg(test)]
@@ -125,9 +92,34 @@ mod tests {
             }
             assert_eq!(at_risk(dialect, "G64\nG1 X5\n"), Some(false));
         }
+        for code in ["G20", "G21", "G94", "G95"] {
+            assert_eq!(at_risk(Dialect::Okuma, &format!("{code}\nG1 X5\n")), Some(true), "{code}");
+        }
         for (line, expected) in [("M136", true), ("M137", true), ("L X+1 R0 FAUTO", true), ("M8", false)] {
             let text = format!("0 BEGIN PGM A MM\n1 {line}\n2 L X+5\n");
             assert_eq!(at_risk(Dialect::Heidenhain, &text), Some(expected), "{line}");
         }
+    }
+
+    #[test]
+    fn axis_words_that_are_no_place_to_go_to_restore_no_feed() {
+        for (dialect, line) in [
+            (Dialect::Iso, "G10 L2 P1 X5"),
+            (Dialect::Iso, "G52 X5"),
+            (Dialect::Iso, "G92 X5"),
+            (Dialect::Iso, "G68 X5 Y0 R30"),
+            (Dialect::Iso, "G22 X5 Y5"),
+            (Dialect::Siemens, "TRANS X5"),
+            (Dialect::Siemens, "G58 X5"),
+            (Dialect::Okuma, "G71 Z100"),
+            (Dialect::Okuma, "G11 X5 Y0 P30"),
+            (Dialect::Okuma, "G22 X5 Y5"),
+        ] {
+            assert_eq!(at_risk(dialect, &format!("{line}\nG95\nG1 X5\n")), Some(true), "{line}");
+        }
+        assert_eq!(at_risk(Dialect::Okuma, "G1 X5\nG95\n"), Some(false));
+        // G74 is a cycle of ISO programs, and goes to a reference point in Sinumerik programs.
+        assert_eq!(at_risk(Dialect::Siemens, "G0\nG74 X5\nG95\nG1 X5\n"), Some(true));
+        assert_eq!(at_risk(Dialect::Iso, "G0\nG74 X5 Z-5 R2\nG95\n"), Some(false));
     }
 }

@@ -5,7 +5,7 @@ mod deviation;
 mod drive;
 mod emit;
 mod feed_at_risk;
-mod meaning;
+mod kept_motion;
 mod motion_change;
 mod outgoing;
 mod read_back;
@@ -22,8 +22,10 @@ pub(in crate::process) use deviation::DeviationTotals;
 pub(in crate::process) use drive::{
     Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Surveyed, Upstream,
 };
-pub(in crate::process) use emit::{Emitter, MIN_FEED, differs, exact_decimals, form, in_units, rounded_feed};
-pub(in crate::process) use meaning::{Meaning, SAME_WORD, same_words};
+pub(in crate::process) use emit::{
+    Emitter, MIN_FEED, SAME_WORD, differs, exact_decimals, form, in_units, rounded_feed,
+};
+pub(in crate::process) use kept_motion::{KeptMotion, SAME_READ_BACK, same_words};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{BeforeAfter, Expected, MachineWord, ReadBack, TIME_ROUNDING, failed};
 pub(in crate::process) use rewriter::{Placed, Rewriter};

@@ -15,7 +15,7 @@ use crate::motion::{AxisWords, Motion, MotionKind};
 use crate::process::contact_path::{DividedBlock, PathCheck};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::TIME_ROUNDING;
-use crate::process::pipeline::{Expected, Meaning, ReadBack, StepCheck, failed, same_words};
+use crate::process::pipeline::{Expected, KeptMotion, ReadBack, StepCheck, failed, same_words};
 use crate::process::text::Stretch;
 use crate::program::Dialect;
 
@@ -35,7 +35,7 @@ const SAME_STEP_DEG: f64 = 1e-6;
 )]
 pub(super) enum ExpectedInRegion<'a> {
     /// A block that was left unchanged, with its figures if it is in a region.
-    Same { motion: Meaning, line: u64, inside: Option<(RegionNumber, RegionFigures)> },
+    Same { motion: KeptMotion, line: u64, inside: Option<(RegionNumber, RegionFigures)> },
     /// A block with new ends.
     SmoothedMotion { moved: Box<SmoothedMotion>, region: RegionNumber },
     /// Part of a divided block.
@@ -131,7 +131,7 @@ impl<'a> RegionCheck<'a> {
         if let Some(feed) = moved.feed {
             planned.feed.raw = feed.value;
         }
-        Meaning::of(&planned).check(read)?;
+        KeptMotion::of(&planned).check(read)?;
         let (Some(start), Some(end)) = (read.start, read.end) else {
             return Err(failed(line, "a moved block has no known ends"));
         };

@@ -4,11 +4,8 @@
 use super::pending::{Pending, StatedAxes};
 use crate::machine::Machine;
 use crate::motion::{AxisWords, ContactWords, rotary_addresses};
-use crate::process::pipeline::{exact_decimals, in_units};
+use crate::process::pipeline::{SAME_WORD, exact_decimals, in_units};
 use crate::program::{Address, NewWord, round_to_decimals};
-
-/// Values closer than this are the same [program units].
-const SAME_WORD: f64 = 1e-9;
 
 /// U V W.
 pub(super) const POINT: [Address; 3] = [Address::U, Address::V, Address::W];

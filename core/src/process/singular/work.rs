@@ -16,7 +16,7 @@ use crate::geometry::trig;
 use crate::motion::Motion;
 use crate::process::contact_path::{DividedBlock, write_division};
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Meaning, Outgoing, Placed, Rewriter, StepWork};
+use crate::process::pipeline::{KeptMotion, Outgoing, Placed, Rewriter, StepWork};
 use crate::process::set_up::Stop;
 use crate::process::text::{Inventory, LineMap, Passage, Stretch};
 use crate::program::{Dialect, StepName};
@@ -241,7 +241,7 @@ impl<'a> RegionWork<'a> {
                     self.write_divided(placed, motion, *divided, region, out)?;
                 }
                 (_, inside) => {
-                    let motion_kept = Meaning::of(motion);
+                    let motion_kept = KeptMotion::of(motion);
                     let expected = ExpectedInRegion::Same { motion: motion_kept, line: motion.line, inside };
                     out.expected.push_back(expected);
                     self.rewriter.leave(placed, motion, out)?;

@@ -5,37 +5,27 @@ use std::io::{Read, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::stream::ProgramSource;
+use crate::listed::listed;
 
-/// The content of a place.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// The program between two steps. Steps write to `OneText` and `OtherText` in turn.
-    OneText,
-    /// The program between two steps.
-    OtherText,
-    /// The changes that all steps so far made to every motion, 77 bytes each.
-    OneChanges,
-    /// The same, in turn with `OneChanges`. A step reads one of them and writes the other.
-    OtherChanges,
-    /// The written program, if it is run through the drives.
-    Written,
-    /// The changes that all steps made to every motion, 77 bytes each, if the program is run through the drives.
-    AllChanges,
-    /// Servo lag of every line, 12 bytes each.
-    Lags,
-}
-
-impl Place {
-    /// All places.
-    pub const ALL: [Self; 7] = [
-        Self::OneText,
-        Self::OtherText,
-        Self::OneChanges,
-        Self::OtherChanges,
-        Self::Written,
-        Self::AllChanges,
-        Self::Lags,
-    ];
+listed! {
+    /// The content of a place.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Place {
+        /// The program between two steps. Steps write to `OneText` and `OtherText` in turn.
+        OneText,
+        /// The program between two steps.
+        OtherText,
+        /// The changes that all steps so far made to every motion, one record each.
+        OneChanges,
+        /// The same, in turn with `OneChanges`. A step reads one of them and writes the other.
+        OtherChanges,
+        /// The written program, if it is run through the drives.
+        Written,
+        /// The changes that all steps made to every motion, one record each, if the program is run through the drives.
+        AllChanges,
+        /// Servo lag of every line, 12 bytes each.
+        Lags,
+    }
 }
 
 /// Places that store text to be read again. Their content is not needed after the compensation.

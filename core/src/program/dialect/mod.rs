@@ -20,21 +20,25 @@ pub use rules::{DialectRules, Grammar};
 
 use std::fmt;
 
-/// A dialect that is read and written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Dialect {
-    /// ISO 6983 G-code as written for Fanuc, Haas, Mori, Hurco and RS274/NGC controls.
-    Iso,
-    /// Sinumerik 840D.
-    Siemens,
-    /// Heidenhain conversational.
-    Heidenhain,
-    /// APT cutter location text (CLDATA).
-    Apt,
-    /// A table with a header row: X, Y, Z, two rotary letters and, optionally, F, U V W or nx ny nz.
-    Csv,
-    /// Okuma OSP for machining centres.
-    Okuma,
+use crate::listed::listed;
+
+listed! {
+    /// A dialect that is read and written.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Dialect {
+        /// ISO 6983 G-code as written for Fanuc, Haas, Mori, Hurco and RS274/NGC controls.
+        Iso,
+        /// Sinumerik 840D.
+        Siemens,
+        /// Heidenhain conversational.
+        Heidenhain,
+        /// APT cutter location text (CLDATA).
+        Apt,
+        /// A table with a header row: X, Y, Z, two rotary letters and, optionally, F, U V W or nx ny nz.
+        Csv,
+        /// Okuma OSP for machining centres.
+        Okuma,
+    }
 }
 
 impl fmt::Display for Dialect {

@@ -2,23 +2,24 @@
 
 use std::fmt;
 
-/// A step that changes programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum StepName {
-    /// Moves the ends of motions for a worn cutter.
-    Wear,
-    /// Moves the ends of motions for the machine as it is.
-    LocationErrors,
-    /// Corrects the cutter-contact path between the ends.
-    Cc,
-    /// Treats singular regions.
-    Singularity,
+use crate::listed::listed;
+
+listed! {
+    /// A step that changes programs. Stamps name the steps in this order.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum StepName {
+        /// Moves the ends of motions for a worn cutter.
+        Wear,
+        /// Moves the ends of motions for the machine as it is.
+        LocationErrors,
+        /// Corrects the cutter-contact path between the ends.
+        Cc,
+        /// Treats singular regions.
+        Singularity,
+    }
 }
 
 impl StepName {
-    /// All steps, in the order in which stamps name them.
-    pub const ALL: [Self; 4] = [Self::Wear, Self::LocationErrors, Self::Cc, Self::Singularity];
-
     /// The name in the contract.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -8,11 +8,11 @@ use crate::process::fault::Fault;
 
 /// Words that are read back may differ by this from the planned ones, because inches and increments pass through
 /// binary fractions \[mm or deg\].
-pub(in crate::process) const SAME_WORD: f64 = 1e-7;
+pub(in crate::process) const SAME_READ_BACK: f64 = 1e-7;
 
 /// The properties of a motion that must not change in a block that is left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::process) struct Meaning {
+pub(in crate::process) struct KeptMotion {
     /// Its line of the source.
     pub(in crate::process) line: u64,
     pub(in crate::process) kind: MotionKind,
@@ -30,7 +30,7 @@ pub(in crate::process) struct Meaning {
     end: Option<AxisWords>,
 }
 
-impl Meaning {
+impl KeptMotion {
     pub(in crate::process) fn of(motion: &Motion) -> Self {
         Self {
             line: motion.line,
@@ -79,7 +79,7 @@ fn stated_feed(motion: &Motion) -> Option<f64> {
 
 /// Whether these words are the same, or both are unknown.
 pub(in crate::process) fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_WORD);
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_READ_BACK);
     match (a, b) {
         (None, None) => true,
         (Some(a), Some(b)) => near(&a.linear_mm, &b.linear_mm) && near(&a.rotary_deg, &b.rotary_deg),
