@@ -34,6 +34,7 @@ mod stated_tools;
 mod statements;
 mod surface_contact;
 mod tool_vectors;
+mod travel;
 mod unsaid;
 mod virtual_cutting;
 mod wear;

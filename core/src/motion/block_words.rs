@@ -147,9 +147,4 @@ impl BlockWords {
 /// G4.
 pub(super) const DWELL: Code = Code::G(40);
 /// Bits of X Y Z A B C.
-pub(super) const AXES: u32 = Address::X.bit()
-    | Address::Y.bit()
-    | Address::Z.bit()
-    | Address::A.bit()
-    | Address::B.bit()
-    | Address::C.bit();
+pub(super) const AXES: u32 = Address::AXES;

@@ -82,6 +82,10 @@ impl Address {
         1 << self.index()
     }
 
+    /// The bits of X Y Z A B C.
+    pub const AXES: u32 =
+        Self::X.bit() | Self::Y.bit() | Self::Z.bit() | Self::A.bit() | Self::B.bit() | Self::C.bit();
+
     /// Whether words of this address state a place to go to: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
     #[must_use]
     pub const fn is_coordinate(self) -> bool {

@@ -5,13 +5,6 @@ use crate::program::{Address, Batch, Block, Word, WordForm};
 
 /// Words that may call a tool.
 const CALLING: u32 = Address::T.bit() | Address::M.bit() | Address::D.bit();
-/// Words that move an axis.
-const MOVING: u32 = Address::X.bit()
-    | Address::Y.bit()
-    | Address::Z.bit()
-    | Address::A.bit()
-    | Address::B.bit()
-    | Address::C.bit();
 
 /// The tool calls found in a text so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +41,7 @@ impl ToolCalls {
         let is_keyword = |word: &Word| word.address == Address::G && word.form == WordForm::Keyword;
         let calls = addresses & CALLING != 0
             || addresses & Address::G.bit() != 0 && batch.words(block).iter().any(is_keyword);
-        self.has_moved |= addresses & MOVING != 0;
+        self.has_moved |= addresses & Address::AXES != 0;
         if calls {
             self.take(batch, block);
         }
