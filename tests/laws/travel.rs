@@ -6,9 +6,10 @@ use std::ops::ControlFlow;
 
 use trunnion::machine::{Machine, MachineParts, Travel};
 use trunnion::process::{
-    CcParameters, ContactSource, ProgramSetup, SingularityAction, SingularityParameters, Warning,
+    CcParameters, ContactSource, Fault, ProgramSetup, SingularityAction, SingularityParameters, Warning,
     WarningKind, WearParameters, WornCutter, compensate, compensate_wear, treat_singular_regions,
 };
+use trunnion::units::Length;
 
 use crate::models::finishing::{ac_machine, tool};
 use crate::models::pole_passes::{PassShape, pole_pass};
@@ -78,4 +79,27 @@ fn a_region_is_treated_alike_whatever_travel_cannot_be_checked() {
     assert_eq!(treat(&elsewhere, &parameters), free);
     // With the offset the travel counts, and nothing may be moved.
     assert_eq!(treat(&elsewhere, &CcParameters::new(pass.tool, at_zero())).1, 0);
+}
+
+#[test]
+fn the_parts_of_a_divided_block_are_refused_only_for_travels_that_are_known() {
+    let (source, go_on) = (TCP.as_bytes().to_vec(), || ControlFlow::Continue(()));
+    let with = |program: ProgramSetup| CcParameters {
+        contact: ContactSource::FeedPlane,
+        tolerance: Length::from_um(1.0),
+        ..CcParameters::new(tool(5.0, 1.0), program)
+    };
+    let run = |machine: &Machine, program: ProgramSetup| {
+        let mut output = Vec::new();
+        let report = compensate(machine, &with(program), &source, &mut output, &go_on)?;
+        Ok::<_, Fault>((output, report.motions_over_tolerance, not_checked(&report.warnings)))
+    };
+    let (free, divided, _) = run(&ac_machine(), without_offset()).unwrap_or_else(|fault| panic!("{fault:?}"));
+    assert!(divided > 0, "nothing was divided");
+    let elsewhere = with_travel_elsewhere(&ac_machine());
+    let (unchecked, _, told) = run(&elsewhere, without_offset()).unwrap_or_else(|fault| panic!("{fault:?}"));
+    assert_eq!(unchecked, free);
+    // One warning for each motion, however many parts it has.
+    assert_eq!(told, 3);
+    run(&elsewhere, at_zero()).expect_err("X is far outside");
 }

@@ -105,3 +105,12 @@ pub struct Motion {
     /// any.
     pub is_only_offset: bool,
 }
+
+impl Motion {
+    /// How the control interpolates it: as the caller states, otherwise as the program's own switches say.
+    #[must_use]
+    #[inline]
+    pub fn mode(&self, stated: Option<Interpolation>) -> Interpolation {
+        stated.unwrap_or(self.interpolation)
+    }
+}

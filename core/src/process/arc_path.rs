@@ -104,8 +104,8 @@ pub(in crate::process) struct ArcPath {
 /// G2, G3, G90.1, G91.1 in tenths.
 const CLOCKWISE: u32 = 20;
 const COUNTER_CLOCKWISE: u32 = 30;
-const ABSOLUTE_CENTRES: u32 = 901;
-const INCREMENTAL_CENTRES: u32 = 911;
+pub(in crate::process) const ABSOLUTE_CENTRES: u32 = 901;
+pub(in crate::process) const INCREMENTAL_CENTRES: u32 = 911;
 /// Start and end of an arc lie on one circle within this length, or within this share of the radius. Words have three
 /// decimals, and controls have similar limits.
 const RADIUS_SLACK_MM: f64 = 0.01;

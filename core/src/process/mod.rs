@@ -33,7 +33,9 @@ pub use one_pass::{
     CompensationParameters, CompensationReport, ErrorBudget, LocationErrorReport, NotModelled,
     NotModelledKind, ServoStep, WearStep, compensate_program, treat_and_compensate,
 };
-pub use pipeline::{DeviationSummary, ErrorShares, MotionChange, MotionError, Series, SeriesPoint};
+pub use pipeline::{
+    Bucket, Buckets, DeviationSummary, ErrorShares, MotionChange, MotionError, Series, SeriesPoint,
+};
 pub use post::{PostForm, PostParameters, PostReport, post};
 pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, Stop, ToolTable, Tools};
 pub use simulate::{ProgramSimulation, SimulationParameters, simulate};

@@ -5,27 +5,19 @@
 
 use std::sync::Arc;
 
-use super::division::Division;
-use super::judge::Checked;
+use super::divided_block::{DividedBlock, LAST_BIT};
 use super::milestones::Milestones;
 use super::parameters::CcParameters;
-use crate::contact::{
-    BlockTime, Correction, Effort, Sampled, Segment, Station, block_time_s, sample_until_sure,
-    within_tolerance,
-};
+use crate::contact::{Correction, Effort, Sampled, sample_until_sure, within_tolerance};
 use crate::machine::Machine;
-use crate::motion::{ContactWords, Motion, MotionKind};
+use crate::motion::{Motion, MotionKind};
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::TIME_ROUNDING;
 use crate::process::pipeline::{
-    BeforeAfter, Expected, KeptMotion, MotionChange, Outgoing, ReadBack, SAME_READ_BACK, StepCheck, failed,
-    same_words,
+    BeforeAfter, Expected, KeptMotion, MotionChange, Outgoing, ReadBack, StepCheck, failed,
 };
 use crate::process::text::Stretch;
 use crate::program::Dialect;
 
-/// The extruder word of a part may be rounded beyond the block's ends by this \[program units\].
-const SAME_EXTRA: f64 = 1e-3;
 /// A part is measured if a proof found at least this share of the largest deviation so far.
 const NEAR_LARGEST: f64 = 0.9;
 
@@ -58,16 +50,6 @@ impl SourceMotion {
             Self::Kept(meaning) => meaning.line,
         }
     }
-}
-
-/// A divided block with its plan.
-#[derive(Debug)]
-pub(in crate::process) struct DividedBlock<'a> {
-    pub(in crate::process) source: Motion,
-    pub(in crate::process) checked: Checked<'a>,
-    pub(in crate::process) division: Division,
-    /// Largest distance of a part's end from where the source block has it \[mm\].
-    pub(in crate::process) correction_mm: f64,
 }
 
 impl Expected for ExpectedMotion<'_> {
@@ -127,7 +109,6 @@ impl Judged {
 
 /// Reads the output back and sums up what it leaves.
 pub(in crate::process) struct PathCheck<'a> {
-    machine: &'a Machine,
     parameters: &'a CcParameters,
     pub(in crate::process) read_back: ReadBack<ExpectedMotion<'a>>,
     parts: Vec<(f64, Sampled)>,
@@ -164,13 +145,12 @@ impl<'a> StepCheck for PathCheck<'a> {
 
 impl<'a> PathCheck<'a> {
     pub(in crate::process) fn new(
-        machine: &'a Machine,
+        machine: &Machine,
         parameters: &'a CcParameters,
         dialect: Dialect,
         effort: Effort<'a>,
     ) -> Self {
         Self {
-            machine,
             parameters,
             read_back: ReadBack::new(machine, dialect, &parameters.program).eager(),
             parts: Vec::new(),
@@ -241,41 +221,16 @@ impl<'a> PathCheck<'a> {
         group: &DividedBlock<'a>,
         index: usize,
     ) -> Result<Option<Sampled>, Fault> {
-        let line = group.source.line;
-        let node = group.division.nodes.get(index).ok_or(failed(line, "there is a part too many"))?;
-        let block = &group.checked.block;
-        let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
-        let (Some(start), Some(end)) = (read.start, read.end) else {
-            return Err(failed(line, "a part of a divided block has no known end"));
-        };
-        let planned_start = match index.checked_sub(1) {
-            None => block.ends[0].words,
-            Some(before) => group.division.nodes[before].station.words,
-        };
-        let same_modes = read.kind == MotionKind::Linear
-            && read.unfollowable.is_none()
-            && mode == block.mode
-            && read.feed.mode == group.source.feed.mode
-            && read.incremental == group.source.incremental;
-        if !same_modes {
-            return Err(failed(line, "a part of a divided block is another kind of motion"));
-        }
-        if !same_words(Some(start), Some(planned_start)) || !same_words(Some(end), Some(node.station.words)) {
-            return Err(failed(line, "a part of a divided block is not where it was planned"));
-        }
-        Self::carried_along(read, group, index)?;
-        let from = index.checked_sub(1).map_or(0.0, |before| group.division.nodes[before].fraction);
-        let ends = [start, end].map(|words| Station::new(self.machine, &block.kinematics, mode, words));
-        let segment = Segment { ends, fraction: [from, node.fraction] };
+        let (line, block) = (group.source.line, &group.checked.block);
+        let segment = group.check_part(read, index, self.parameters.program.interpolation)?;
         let tolerance_mm = self.parameters.tolerance.mm();
         let found = if self.parameters.correction == Correction::Seed {
             sample_until_sure(block, &segment, tolerance_mm)
         } else {
             within_tolerance(block, &segment, tolerance_mm)
                 .or_else(|found| {
-                    // A difference in the last bit of a word may push a block that was just inside over the limit.
-                    let slack = 1.0 + 1e-9;
-                    if found.max_mm <= tolerance_mm * slack { Ok(found) } else { Err(found) }
+                    let limit_mm = tolerance_mm * (1.0 + LAST_BIT);
+                    if found.max_mm <= limit_mm { Ok(found) } else { Err(found) }
                 })
                 .map_err(|_found| failed(line, "a part of a divided block exceeds the tolerance"))?
         };
@@ -288,78 +243,13 @@ impl<'a> PathCheck<'a> {
         } else {
             found
         };
-        self.parts.push((node.fraction - from, found));
-        Self::time(read, group, &segment)?;
+        self.parts.push((segment.fraction[1] - segment.fraction[0], found));
+        group.check_time(read, &segment)?;
         if index + 1 < group.division.nodes.len() {
             return Ok(None);
         }
         let after = Sampled::join(self.parts.drain(..));
         self.found.record(line, block.line.length_mm, &group.checked.before, &after);
         Ok(Some(after))
-    }
-
-    /// Checks the words that move with the axes: contact words of the same kind, and the extruder. Both end where the
-    /// source block ends them. The extruder stays between its values at the block's ends.
-    pub(in crate::process) fn carried_along(
-        read: &Motion,
-        group: &DividedBlock<'a>,
-        index: usize,
-    ) -> Result<(), Fault> {
-        let (line, source) = (group.source.line, &group.source);
-        let last = index + 1 == group.division.nodes.len();
-        let same_kind = std::mem::discriminant(&read.contact) == std::mem::discriminant(&source.contact);
-        // If the block began without a contact, only its last part may state one.
-        let fits = match group.checked.start_contact {
-            Some(_) => same_kind,
-            None => last || read.contact == ContactWords::None,
-        };
-        if !fits || (last && !same_contact(read.contact, source.contact)) {
-            return Err(failed(line, "a part of a divided block has other contact words than planned"));
-        }
-        match (read.extra, source.extra) {
-            (None, None) => Ok(()),
-            (Some(part), Some(whole)) => {
-                let start = whole.start.unwrap_or(whole.end);
-                let between = part.end >= start.min(whole.end) - SAME_EXTRA
-                    && part.end <= start.max(whole.end) + SAME_EXTRA;
-                let ends = !last || (part.end - whole.end).abs() <= SAME_READ_BACK;
-                if between && ends {
-                    Ok(())
-                } else {
-                    Err(failed(line, "the extruder of a divided block goes to another place than planned"))
-                }
-            }
-            _ => Err(failed(line, "the extruder word of a divided block is missing or was added")),
-        }
-    }
-
-    /// Checks that every part takes its share of the source block's time.
-    pub(in crate::process) fn time(
-        read: &Motion,
-        group: &DividedBlock<'a>,
-        segment: &Segment,
-    ) -> Result<(), Fault> {
-        let (source, block) = (&group.source, &group.checked.block);
-        let Some(mode) = source.feed.mode.filter(|_| group.division.carries_feed) else { return Ok(()) };
-        let time_s = |feed, segment: &Segment| {
-            block_time_s(mode, feed, &BlockTime::of(block, segment, source.mm_per_unit, source.feed.paths))
-        };
-        // In G95 the time depends on the spindle, so only the formula of the plan is available.
-        let Some(whole_s) = time_s(source.feed.raw, &block.whole()) else { return Ok(()) };
-        let share_s = whole_s * (segment.fraction[1] - segment.fraction[0]);
-        match time_s(read.feed.raw, segment) {
-            Some(part_s) if (part_s - share_s).abs() <= TIME_ROUNDING * share_s => Ok(()),
-            _ => Err(failed(source.line, "a part of a divided block does not take its share of the time")),
-        }
-    }
-}
-
-fn same_contact(a: ContactWords, b: ContactWords) -> bool {
-    match (a, b) {
-        (ContactWords::Point(a), ContactWords::Point(b))
-        | (ContactWords::Normal(a), ContactWords::Normal(b)) => {
-            a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= SAME_READ_BACK)
-        }
-        (a, b) => a == b,
     }
 }

@@ -152,7 +152,7 @@ impl<'a> Judge<'a> {
 
     /// The mode in which a motion is judged. The parameter overrides the program's own switches.
     pub(in crate::process) fn mode(&self, motion: &Motion) -> Interpolation {
-        self.parameters.program.interpolation.unwrap_or(motion.interpolation)
+        motion.mode(self.parameters.program.interpolation)
     }
 
     /// The finder of contacts.
@@ -192,7 +192,7 @@ impl<'a> Judge<'a> {
             None => Box::new(JudgedPoint::new(Station { words: *words, pose: *pose }, mode, motion)),
         });
         if let Some(end) = &end {
-            self.check_travel(motion, &end.station, text);
+            self.check_travel(motion, &end.station.words, text);
         }
         if self.rests(motion, mode) {
             self.spare = end;

@@ -3,6 +3,7 @@
 mod check;
 mod contact_ends;
 mod contact_finder;
+mod divided_block;
 mod division;
 mod judge;
 mod milestones;
@@ -18,8 +19,8 @@ pub use parameters::{CcParameters, OutputForm};
 pub use report::CcReport;
 pub use step::{compensate, compensate_side_by_side};
 
-pub(in crate::process) use check::{DividedBlock, PathCheck};
 pub(in crate::process) use contact_finder::ContactFinder;
+pub(in crate::process) use divided_block::{DividedBlock, LAST_BIT};
 pub(in crate::process) use division::{Division, PartFeeds, is_too_fast, part_feeds, resolution};
 pub(in crate::process) use judge::{Checked, may_roll_over};
 pub(in crate::process) use step::PathStep;

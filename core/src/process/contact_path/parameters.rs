@@ -1,13 +1,10 @@
 //! The parameters of a cutter-contact compensation.
 
-use crate::process::set_up::{Budget, ContactSource};
-use std::ops::ControlFlow;
-
 use crate::contact::{Correction, PartSurface};
 use crate::machine::{Machine, Tool};
 use crate::process::fault::Fault;
-use crate::process::set_up::{Need, ProgramSetup, ToolCalls};
-use crate::process::text::ProgramSource;
+use crate::process::pipeline::Surveyed;
+use crate::process::set_up::{Budget, ContactSource, Need, ProgramSetup, Stop};
 use crate::units::{Angle, Feedrate, Length};
 
 /// How a block over tolerance is divided.
@@ -84,12 +81,11 @@ impl CcParameters {
     /// The cutting tool is not known, the program cannot be read, or the caller has stopped waiting.
     pub(in crate::process) fn with_tools(
         &self,
-        contact: ContactSource,
-        calls: &ToolCalls,
+        surveyed: &Surveyed<'_>,
         machine: &Machine,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        stop: &Stop<'_>,
     ) -> Result<Self, Fault> {
+        let Surveyed { source, survey, contact, .. } = *surveyed;
         let need = Need {
             cutter: contact != ContactSource::Tip,
             worn: false,
@@ -98,7 +94,7 @@ impl CcParameters {
             agreement: contact != ContactSource::Tip,
             leaves_unknown: true,
         };
-        let program = self.program.with_tools(self.tool, need, calls, machine, source, stop)?;
+        let program = self.program.with_tools(self.tool, need, &survey.tools, machine, source, stop)?;
         Ok(Self { program, ..self.clone() })
     }
 }

@@ -83,7 +83,7 @@ impl<'a> Preparation<'a> {
             let mut found =
                 MotionPoses { end: self.poses.pose(index), middle: self.poses.pose(count + index) };
             // With TCP the linear words are the tip itself.
-            if self.interpolation.unwrap_or(motion.interpolation) == Interpolation::Tcp {
+            if motion.mode(self.interpolation) == Interpolation::Tcp {
                 let tip_mm = |words: Option<AxisWords>| words.map(|words| Vec3::from(words.linear_mm));
                 found.end.tip_mm = tip_mm(motion.end).unwrap_or(found.end.tip_mm);
                 found.middle.tip_mm = tip_mm(half_way(motion)).unwrap_or(found.middle.tip_mm);

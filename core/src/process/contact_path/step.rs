@@ -10,10 +10,10 @@ use super::work::PathWork;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    Hands, Look, MotionChange, Note, Resources, Step, StepRun, StepWork, Surveyed, Upstream, reported,
+    Asked, Hands, Look, MotionChange, Note, Resources, Step, StepDone, StepRun, Surveyed, Upstream, reported,
 };
 use crate::process::set_up::Stop;
-use crate::process::text::{LineMap, ProgramSource, Survey};
+use crate::process::text::ProgramSource;
 use crate::program::{StepName, Steps};
 use crate::side_by_side::{OneAfterAnother, SideBySide};
 
@@ -79,45 +79,42 @@ impl Step for PathStep<'_> {
     fn run(
         &mut self,
         upstream: Upstream<'_>,
-        mut look: Option<&mut dyn Look>,
+        look: Option<&mut dyn Look>,
         output: &mut dyn Write,
         note: Note<'_, MotionChange>,
-        &Resources { machine, parts, stop }: &Resources<'_>,
-    ) -> Result<LineMap, Fault> {
-        let (source, parameters) = (upstream.source, self.parameters);
-        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-        survey.refuse_repeated(Steps::of(&[StepName::Cc]), parameters.program.allow_repeated)?;
-        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
-        let parameters = &parameters.with_tools(contact, &survey.tools, machine, source, stop)?;
+        with: &Resources<'_>,
+    ) -> Result<StepDone, Fault> {
+        let Resources { machine, parts, stop } = *with;
+        let parameters = self.parameters;
+        let asked = Asked {
+            program: &parameters.program,
+            steps: Steps::of(&[StepName::Cc]),
+            contact: parameters.contact,
+            has_part: parameters.part.is_some(),
+        };
+        let surveyed = Surveyed::of(upstream.source, &asked, with)?;
+        let parameters = &parameters.with_tools(&surveyed, machine, stop)?;
+        let surveyed = surveyed.with_tools_of(&parameters.program);
         let mut preparation = Preparation::new(machine, parameters);
         let mut run = StepRun::begin(upstream, machine, &parameters.program, &preparation, stop)?;
-        let dialect = run.dialect();
-        if let Some(look) = &mut look {
-            look.begin(&Surveyed { source, survey, program: Some(&parameters.program) }, dialect)?;
-        }
         let effort = || parameters.budget.effort(stop);
-        let mut work = PathWork::new(machine, parameters, dialect, survey, contact, effort());
-        let mut check = PathCheck::new(machine, parameters, dialect, effort());
-        let mut hands = Hands {
-            prepare: &mut preparation,
-            work: &mut work,
-            check: &mut check,
-            look: look.map(|look| look as &mut dyn Look),
-        };
+        let mut work = PathWork::new(machine, parameters, run.dialect(), &surveyed, effort());
+        let mut check = PathCheck::new(machine, parameters, run.dialect(), effort());
+        let hands = Hands { prepare: &mut preparation, work: &mut work, check: &mut check, look };
         let note = &mut |judged: &Judged| note(&judged.change());
-        run.run(&mut hands, output, note, parts)?;
-        if hands.work.has_faults() {
-            return Err(Fault::Lines(work.judge.faults));
-        }
-        if hands.work.fit.is_unread(parameters.program.dialect, source)? {
-            return Err(Fault::NothingFollowed { first: work.judge.warnings.first_left() });
-        }
-        hands.finish(&run.passages, output, note)?;
-        let passages = &run.passages;
-        passages.warn(&mut work.judge.warnings);
-        let (report, lines) = work.report(check, dialect, passages.blocks, passages.reading());
+        run.run(hands, &surveyed, output, note, parts)?;
+        let (report, lines) = work.report(check, &run.passages);
+        let told = StepDone {
+            lines,
+            dialect: report.dialect,
+            interpolation: Some(report.interpolation),
+            steps: report.steps,
+            reading: report.reading.clone(),
+            blocks_in: report.blocks_in,
+            blocks_out: report.blocks_out,
+        };
         self.report = Some(report);
-        Ok(lines)
+        Ok(told)
     }
 
     fn notes_motions(&self) -> bool {

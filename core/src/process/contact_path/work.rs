@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::check::{DividedBlock, ExpectedMotion, PathCheck, SourceMotion};
+use super::check::{ExpectedMotion, PathCheck, SourceMotion};
+use super::divided_block::DividedBlock;
 use super::division::{Division, DivisionPlan, plan};
 use super::judge::{Checked, Judge, Verdict};
 use super::parameters::CcParameters;
@@ -11,10 +12,10 @@ use super::write_division::write_division;
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
-use crate::process::fault::{Fault, WarningKind, go_on};
-use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork};
-use crate::process::set_up::ContactSource;
-use crate::process::text::{DialectFit, Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
+use crate::process::fault::{Fault, WarningKind, Warnings, go_on};
+use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork, Surveyed};
+use crate::process::set_up::{ContactSource, Travels};
+use crate::process::text::{DialectFit, Inventory, LineMap, Passage, Passages, Stretch, Survey};
 use crate::program::{Dialect, StepName, Steps};
 
 /// The written text is handed over for reading back when it reaches this size \[bytes\], or when its stretch ends.
@@ -53,7 +54,7 @@ pub(super) struct PathWork<'a> {
     machine: &'a Machine,
     survey: Survey,
     contact: ContactSource,
-    pub(super) judge: Judge<'a>,
+    judge: Judge<'a>,
     rewriter: Rewriter,
     at: Reached,
     /// The largest deviation found in the written text so far \[mm\].
@@ -61,7 +62,7 @@ pub(super) struct PathWork<'a> {
     checked: u64,
     over: u64,
     divided: u64,
-    pub(super) fit: DialectFit,
+    fit: DialectFit,
     /// Source blocks read so far.
     counted: u64,
     uses_tcp: bool,
@@ -99,6 +100,20 @@ impl<'a> StepWork for PathWork<'a> {
         self.judge.faults.total > 0
     }
 
+    fn refuse(&mut self, surveyed: &Surveyed<'_>, _passages: &Passages<'_>) -> Result<(), Fault> {
+        if self.has_faults() {
+            return Err(Fault::Lines(std::mem::take(&mut self.judge.faults)));
+        }
+        if self.fit.is_unread(self.parameters.program.dialect, surveyed.source)? {
+            return Err(Fault::NothingFollowed { first: self.judge.warnings.first_left() });
+        }
+        Ok(())
+    }
+
+    fn warnings(&mut self) -> &mut Warnings {
+        &mut self.judge.warnings
+    }
+
     fn rewriter(&self) -> &Rewriter {
         &self.rewriter
     }
@@ -109,10 +124,10 @@ impl<'a> PathWork<'a> {
         machine: &'a Machine,
         parameters: &'a CcParameters,
         dialect: Dialect,
-        survey: Survey,
-        contact: ContactSource,
+        surveyed: &Surveyed<'_>,
         effort: Effort<'a>,
     ) -> Self {
+        let Surveyed { survey, contact, .. } = *surveyed;
         Self {
             parameters,
             machine,
@@ -211,12 +226,9 @@ impl<'a> PathWork<'a> {
         };
         // The last node is the end of the source block, which was already checked.
         for node in division.nodes.iter().rev().skip(1) {
-            let station = &node.station;
-            let words = self.judge.axis_words(checked.block.mode, &station.words, station.pose.tip_mm);
-            for (k, (axis, word)) in ['X', 'Y', 'Z'].into_iter().zip(words).enumerate() {
-                let travel = self.machine.linear_travel_mm()[k];
-                self.judge.check_word(motion.line, text, axis, word, travel);
-            }
+            // The judge has warned already, if the travels of this motion cannot be checked.
+            let (Travels::Checked | Travels::NotChecked) =
+                self.judge.check_words(motion, &node.station.words, text);
         }
         if !division.carries_feed {
             self.judge.warnings.add(WarningKind::NoFeed, Some(motion.line));
@@ -261,27 +273,12 @@ impl<'a> PathWork<'a> {
     /// Refuses the program if judging plus `verifying` evaluations exceed the budget, or if too many blocks are
     /// written.
     fn check_budget(&self, verifying: u64) -> Result<(), Fault> {
-        let budget = &self.parameters.budget;
-        if self.judge.effort.evaluations() + verifying > budget.max_evaluations {
-            return Err(Fault::TooCostly {
-                what: "evaluations of the deviation",
-                limit: budget.max_evaluations,
-            });
-        }
-        if self.counted + self.rewriter.inserted() > budget.max_blocks_out {
-            return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
-        }
-        Ok(())
+        let evaluations = self.judge.effort.evaluations() + verifying;
+        self.parameters.budget.check(evaluations, self.counted + self.rewriter.inserted())
     }
 
     /// The report, and the map of inserted lines.
-    pub(super) fn report(
-        mut self,
-        check: PathCheck<'_>,
-        dialect: Dialect,
-        blocks_in: u64,
-        reading: ProgramReading,
-    ) -> (CcReport, LineMap) {
+    pub(super) fn report(mut self, check: PathCheck<'_>, passages: &Passages<'_>) -> (CcReport, LineMap) {
         let warnings = &mut self.judge.warnings;
         if self.checked == 0 {
             warnings.add(WarningKind::NothingChecked, None);
@@ -302,12 +299,12 @@ impl<'a> PathWork<'a> {
         }
         let interpolation = if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine };
         let report = CcReport {
-            dialect,
+            dialect: passages.dialect(),
             interpolation,
             contact: self.contact,
             steps: if self.divided > 0 { Steps::of(&[StepName::Cc]) } else { Steps::NONE },
-            reading,
-            blocks_in,
+            reading: passages.reading(),
+            blocks_in: passages.blocks,
             blocks_out: check.blocks(),
             motions_checked: self.checked,
             motions_over_tolerance: self.over,

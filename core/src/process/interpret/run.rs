@@ -223,7 +223,7 @@ impl Understanding<'_> {
     }
 
     fn mode(&self, motion: &Motion) -> Interpolation {
-        self.interpolation.unwrap_or(motion.interpolation)
+        motion.mode(self.interpolation)
     }
 
     fn tip_mm(&self, motion: &Motion, joints: [Option<f64>; 5]) -> Option<Vec3> {

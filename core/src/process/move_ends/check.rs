@@ -167,7 +167,7 @@ impl ComparedEnds<'_> {
             self.contact_mm = self.contact_mm.filter(|_| read.end.is_some());
             return Ok(());
         };
-        let mode = self.parameters.program.interpolation.unwrap_or(read.interpolation);
+        let mode = read.mode(self.parameters.program.interpolation);
         if self.written.enter(read) {
             self.worn = self.moves.worn_tool(self.written.now.tool);
         }

@@ -1,13 +1,11 @@
 //! The inputs that decide where the ends of motions go.
 
-use std::ops::ControlFlow;
-
-use super::parameters::{LengthInControl, WearParameters, WornCutter};
+use super::parameters::{LengthInControl, Milling, WearParameters, WornCutter};
 use super::worn_tool::WornTool;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
-use crate::process::set_up::{Need, ProgramSetup, SetUps, ToolCalls, ToolUsed};
-use crate::process::text::ProgramSource;
+use crate::process::pipeline::Surveyed;
+use crate::process::set_up::{ContactSource, Need, ProgramSetup, SetUps, Stop, ToolUsed};
 use crate::program::{StepName, Steps};
 
 /// Everything that decides where the ends of motions go, for a wear compensation, a recalibration, or
@@ -65,17 +63,47 @@ impl<'a> Moves<'a> {
         tooling.all_tools().filter_map(|used| self.worn_tool(Some(used))).collect()
     }
 
+    /// Whether a cutter differs from its nominal shape. A cutter of nominal shape moves only by its length, wherever it
+    /// touches.
+    pub(super) fn has_worn_shape(&self) -> bool {
+        !self.worn_tools().iter().all(WornTool::has_nominal_shape)
+    }
+
+    /// Refuses a worn shape whose contact is not known.
+    ///
+    /// # Errors
+    /// The contact must be stated, or another source must be asked for.
+    pub(super) fn refuse_contact(&self, contact: ContactSource) -> Result<(), Fault> {
+        if !self.has_wear || !self.has_worn_shape() {
+            return Ok(());
+        }
+        let WearParameters { milling, contact: asked, .. } = *self.parameters;
+        let side_by_feed = contact == ContactSource::FeedPlane && milling == Milling::Side;
+        match contact {
+            ContactSource::Tip if asked == ContactSource::Auto => {
+                Err(Fault::ContactUnknown { milling: milling.name() })
+            }
+            ContactSource::Tip => {
+                Err(Fault::UnfitContact { contact: contact.name(), milling: milling.name() })
+            }
+            _ if side_by_feed => {
+                Err(Fault::UnfitContact { contact: contact.name(), milling: milling.name() })
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The same inputs with the tool of each section, for a program that was surveyed.
     ///
     /// # Errors
     /// The cutting tool is not known, the program cannot be read, or the caller has stopped waiting.
     pub(super) fn with_tools(
         &self,
-        calls: &ToolCalls,
+        surveyed: &Surveyed<'_>,
         machine: &Machine,
-        source: &dyn ProgramSource,
-        stop: &dyn Fn() -> ControlFlow<()>,
+        stop: &Stop<'_>,
     ) -> Result<Self, Fault> {
+        let (source, calls) = (surveyed.source, &surveyed.survey.tools);
         let need = Need {
             cutter: self.has_wear,
             worn: self.has_wear && self.parameters.worn.is_none(),

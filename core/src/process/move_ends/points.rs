@@ -73,7 +73,7 @@ impl<'a> EndPoses<'a> {
 
     /// The mode of a motion. The parameter overrides the program's own switches.
     pub(super) fn mode(&self, motion: &Motion) -> Interpolation {
-        self.interpolation.unwrap_or(motion.interpolation)
+        motion.mode(self.interpolation)
     }
 
     /// The pose at the end of the motion of this index.

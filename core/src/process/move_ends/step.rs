@@ -5,17 +5,16 @@ use std::io::Write;
 use super::check::EndsCheck;
 use super::moved::Moved;
 use super::moves::Moves;
-use super::parameters::{Milling, WearParameters};
+use super::parameters::WearParameters;
 use super::report::WearReport;
 use super::work::EndsWork;
-use super::worn_tool::WornTool;
 use crate::machine::Machine;
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    Hands, Look, MotionChange, Note, Resources, Step, StepRun, StepWork, Surveyed, Upstream, reported,
+    Asked, Hands, Look, MotionChange, Note, Resources, Step, StepDone, StepRun, Surveyed, Upstream, reported,
 };
-use crate::process::set_up::{ContactSource, Stop};
-use crate::process::text::{Inventory, LineMap, ProgramSource, Survey, naming_unknown_axes};
+use crate::process::set_up::Stop;
+use crate::process::text::{Inventory, ProgramSource};
 use crate::side_by_side::{OneAfterAnother, SideBySide};
 
 /// Moves a program's points so that a worn cutter touches where the nominal one would (§4; P3 eq. (5), (6)), in the
@@ -80,60 +79,41 @@ impl Step for MoveStep<'_> {
     fn run(
         &mut self,
         upstream: Upstream<'_>,
-        mut look: Option<&mut dyn Look>,
+        look: Option<&mut dyn Look>,
         output: &mut dyn Write,
         note: Note<'_, MotionChange>,
-        &Resources { machine, parts, stop }: &Resources<'_>,
-    ) -> Result<LineMap, Fault> {
-        let (source, from_upload) = (upstream.source, upstream.lines.clone());
+        with: &Resources<'_>,
+    ) -> Result<StepDone, Fault> {
+        let Resources { machine, parts, stop } = *with;
         let parameters = self.moves.parameters;
-        let survey = Survey::of(machine, parameters.program.dialect, source, stop)?;
-        survey.refuse_repeated(self.moves.steps(), parameters.program.allow_repeated)?;
-        let contact = survey.contact(parameters.contact, parameters.part.is_some())?;
-        let side_by_feed = contact == ContactSource::FeedPlane && parameters.milling == Milling::Side;
-        let moves = &self.moves.with_tools(&survey.tools, machine, source, stop)?;
-        let worn_tools = moves.worn_tools();
-        let has_nominal_shape = worn_tools.iter().all(WornTool::has_nominal_shape);
-        // A cutter of nominal shape moves only by its length, wherever it touches.
-        let needs_contact = moves.has_wear && !has_nominal_shape;
-        if needs_contact && contact == ContactSource::Tip && parameters.contact == ContactSource::Auto {
-            return Err(Fault::ContactUnknown { milling: parameters.milling.name() });
-        }
-        if needs_contact && (contact == ContactSource::Tip || side_by_feed) {
-            return Err(Fault::UnfitContact { contact: contact.name(), milling: parameters.milling.name() });
-        }
+        let asked = Asked {
+            program: &parameters.program,
+            steps: self.moves.steps(),
+            contact: parameters.contact,
+            has_part: parameters.part.is_some(),
+        };
+        let surveyed = Surveyed::of(upstream.source, &asked, with)?;
+        let moves = &self.moves.with_tools(&surveyed, machine, stop)?;
+        moves.refuse_contact(surveyed.contact)?;
         let mut inventory = Inventory::default();
         let mut run = StepRun::begin(upstream, machine, &moves.source_program, &inventory, stop)?;
-        if let Some(look) = &mut look {
-            look.begin(&Surveyed { source, survey, program: None }, run.dialect())?;
-        }
-        let mut work = EndsWork::new(machine, moves, survey, contact, stop);
+        let mut work = EndsWork::new(machine, moves, &surveyed, stop);
         let mut check = EndsCheck::new(machine, moves, run.dialect(), stop);
-        let mut hands = Hands {
-            prepare: &mut inventory,
-            work: &mut work,
-            check: &mut check,
-            look: look.map(|look| look as &mut dyn Look),
+        let hands = Hands { prepare: &mut inventory, work: &mut work, check: &mut check, look };
+        run.run(hands, &surveyed, output, note, parts)?;
+        let (moved, lines) = work.moved(check, &run.passages);
+        let report = &moved.wear;
+        let told = StepDone {
+            lines,
+            dialect: report.dialect,
+            interpolation: Some(report.interpolation),
+            steps: report.steps,
+            reading: report.reading.clone(),
+            blocks_in: report.blocks_in,
+            blocks_out: report.blocks_out,
         };
-        run.run(&mut hands, output, note, parts)?;
-        if hands.work.has_faults() {
-            let faults = std::mem::take(&mut hands.work.faults);
-            let program = &moves.source_program;
-            let faults = naming_unknown_axes(faults, machine, program, source, from_upload, stop)?;
-            return Err(Fault::Lines(faults));
-        }
-        let asks_for_nothing = has_nominal_shape && !hands.work.pilot.moves_everything && !moves.recalibrates;
-        if hands.work.motions_followed == 0 && !asks_for_nothing {
-            // The dialect may be wrong, for example. The caller would take an unchanged program for a compensated
-            // one.
-            return Err(Fault::NothingFollowed { first: hands.work.pilot.warnings.first_left() });
-        }
-        hands.finish(&run.passages, output, note)?;
-        let passages = &run.passages;
-        passages.warn(&mut work.pilot.warnings);
-        let (moved, lines) = work.moved(check, passages.dialect(), passages.blocks, passages.reading());
         self.report = Some(moved);
-        Ok(lines)
+        Ok(told)
     }
 
     fn notes_motions(&self) -> bool {

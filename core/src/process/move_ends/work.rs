@@ -14,32 +14,29 @@ use super::worn_tool::WornTool;
 use super::written::{Axes, Resolution, Written};
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
-use crate::machine::{Machine, Travel};
+use crate::machine::Machine;
 use crate::motion::{
     AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable, rotary_addresses,
 };
+use crate::process::arc_path::{ABSOLUTE_CENTRES, INCREMENTAL_CENTRES};
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, WarningKind, Warnings, go_on};
-use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork};
-use crate::process::set_up::{ContactSource, Stop};
-use crate::process::text::{Inventory, LineMap, Passage, ProgramReading, Stretch, Survey};
-use crate::program::{Address, Batch, Dialect, Keyword, NewWord, StepName, Steps};
+use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork, Surveyed};
+use crate::process::set_up::{ContactSource, Stop, Travels};
+use crate::process::text::{Inventory, LineMap, Passage, Passages, Stretch, Survey, naming_unknown_axes};
+use crate::program::{Address, Batch, Keyword, NewWord, StepName, Steps};
 use crate::units::Length;
-
-/// G90.1 and G91.1, in tenths.
-const ABSOLUTE_CENTRES: u32 = 901;
-const INCREMENTAL_CENTRES: u32 = 911;
 
 /// The work in progress.
 pub(super) struct EndsWork<'a> {
     survey: Survey,
-    pub(super) pilot: Pilot<'a>,
+    pilot: Pilot<'a>,
     /// The five axes and U V W of the written program.
     axes: Axes,
     points: Written<3>,
     /// U V W must be rewritten, because the words of every point mean another place.
     moves_points: bool,
     rewriter: Rewriter,
-    pub(super) faults: LineFaults,
+    faults: LineFaults,
     /// The number of blocks that were searched for codes that matter.
     scanned: usize,
     uses_tcp: bool,
@@ -48,7 +45,7 @@ pub(super) struct EndsWork<'a> {
     contacts_assumed: u64,
     motions_shifted: u64,
     /// Motions whose end was looked at, with any tool.
-    pub(super) motions_followed: u64,
+    motions_followed: u64,
     feeds_lowered: u64,
     max_shift: (f64, Option<u64>),
     contact_angles: ContactAngles,
@@ -77,6 +74,27 @@ impl<'a> StepWork for EndsWork<'a> {
         self.faults.total > 0
     }
 
+    fn refuse(&mut self, surveyed: &Surveyed<'_>, passages: &Passages<'_>) -> Result<(), Fault> {
+        let moves = &self.pilot.moves;
+        if self.has_faults() {
+            let (faults, source) = (std::mem::take(&mut self.faults), surveyed.source);
+            let (machine, program, lines) = (self.pilot.machine, &moves.source_program, passages.to_upload());
+            let faults = naming_unknown_axes(faults, machine, program, source, lines, self.stop)?;
+            return Err(Fault::Lines(faults));
+        }
+        let asks_for_nothing = !moves.has_worn_shape() && !self.pilot.moves_everything && !moves.recalibrates;
+        if self.motions_followed == 0 && !asks_for_nothing {
+            // The dialect may be wrong, for example. The caller would take an unchanged program for a compensated
+            // one.
+            return Err(Fault::NothingFollowed { first: self.pilot.warnings.first_left() });
+        }
+        Ok(())
+    }
+
+    fn warnings(&mut self) -> &mut Warnings {
+        &mut self.pilot.warnings
+    }
+
     fn rewriter(&self) -> &Rewriter {
         &self.rewriter
     }
@@ -86,10 +104,10 @@ impl<'a> EndsWork<'a> {
     pub(super) fn new(
         machine: &'a Machine,
         moves: &Moves<'a>,
-        survey: Survey,
-        contact: ContactSource,
+        surveyed: &Surveyed<'_>,
         stop: &'a Stop<'a>,
     ) -> Self {
+        let Surveyed { survey, contact, .. } = *surveyed;
         let [source, written] = moves.set_ups(machine);
         let parameters = moves.parameters;
         let real = moves.recalibrates.then(|| written.clone());
@@ -398,48 +416,25 @@ impl<'a> EndsWork<'a> {
 
     /// Checks the travel of the axes at the place to which the block leads.
     fn check_travel(&mut self, motion: &Motion, end: &AxisWords) -> Result<(), LineFaultKind> {
-        let machine = self.pilot.machine;
-        let check = |axis: char, commanded: f64, travel: Option<Travel>| {
-            LineFaultKind::outside(axis, commanded, travel).map_or(Ok(()), Err)
-        };
-        for (axis, word) in machine.rotary_axes().iter().zip(end.rotary_deg) {
-            check(axis.letter.as_char(), word, axis.travel_deg)?;
+        let pilot = &mut self.pilot;
+        let mut first = None;
+        let check = pilot.written.now.travel_check(pilot.machine);
+        let travels = check.see(pilot.points.mode(motion), end, |kind| {
+            first.get_or_insert(kind);
+        });
+        if travels == Travels::NotChecked {
+            pilot.warnings.add(WarningKind::TravelNotChecked, Some(motion.line));
         }
-        let travel = *machine.linear_travel_mm();
-        if travel.iter().all(Option::is_none) {
-            return Ok(());
-        }
-        let linear_mm: [f64; 3] = match self.pilot.points.mode(motion) {
-            Interpolation::Machine => end.linear_mm,
-            Interpolation::Tcp => {
-                let rotary_rad = rotary_rad(machine, end.rotary_deg);
-                if !self.pilot.written.now.is_stated() {
-                    self.pilot.warnings.add(WarningKind::TravelNotChecked, Some(motion.line));
-                    return Ok(());
-                }
-                let kinematics = &self.pilot.written.now.kinematics;
-                kinematics.linear_mm(Vec3::from(end.linear_mm), rotary_rad).into()
-            }
-        };
-        for ((letter, word), travel) in ['X', 'Y', 'Z'].into_iter().zip(linear_mm).zip(travel) {
-            check(letter, word, travel)?;
-        }
-        Ok(())
+        first.map_or(Ok(()), Err)
     }
 
-    pub(super) fn moved(
-        mut self,
-        verifier: EndsCheck<'_>,
-        dialect: Dialect,
-        blocks_in: u64,
-        reading: ProgramReading,
-    ) -> (Moved, LineMap) {
+    pub(super) fn moved(mut self, verifier: EndsCheck<'_>, passages: &Passages<'_>) -> (Moved, LineMap) {
         let moves = self.pilot.moves.clone();
         let tools = moves.worn_tools();
         let is_larger = tools.iter().any(WornTool::is_larger);
         let warnings = &mut self.pilot.warnings;
         let contacts = self.contacts_kept + self.contacts_assumed;
-        let needs_contact = moves.has_wear && !tools.iter().all(WornTool::has_nominal_shape);
+        let needs_contact = moves.has_wear && moves.has_worn_shape();
         if is_larger && contacts > 0 {
             warnings.add(WarningKind::LargerCutter, None);
         }
@@ -469,12 +464,12 @@ impl<'a> EndsWork<'a> {
         };
         let is_assumed = moves.has_wear && self.pilot.contact == ContactSource::FeedPlane;
         let wear = WearReport {
-            dialect,
+            dialect: passages.dialect(),
             interpolation: if self.uses_tcp { Interpolation::Tcp } else { Interpolation::Machine },
             contact: self.pilot.contact,
             steps,
-            reading,
-            blocks_in,
+            reading: passages.reading(),
+            blocks_in: passages.blocks,
             blocks_out: verifier.blocks(),
             blocks_changed: self.blocks_changed,
             contacts_kept: self.contacts_kept,

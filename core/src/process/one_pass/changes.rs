@@ -1,7 +1,7 @@
 //! What every step did to every block: streamed, summed up and down-sampled.
 
 use crate::process::fault::Fault;
-use crate::process::pipeline::MotionChange;
+use crate::process::pipeline::{Bucket, Buckets, MotionChange};
 
 /// Receives every motion that a step changed, in program order, after everything was verified.
 pub trait ChangeSink {
@@ -45,56 +45,20 @@ pub struct ChangePoint {
     pub error_after_mm: f64,
 }
 
-/// Changes along the program, motion after motion, in at most [`ChangeSeries::MAX_POINTS`] points.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChangeSeries {
-    points: Vec<ChangePoint>,
-    motions_per_point: u64,
-    motions_in_last: u64,
-}
+/// Changes along the program.
+pub type ChangeSeries = Buckets<ChangePoint>;
 
-impl Default for ChangeSeries {
-    fn default() -> Self {
-        Self { points: Vec::new(), motions_per_point: 1, motions_in_last: 0 }
-    }
-}
-
-impl ChangeSeries {
-    /// Most points kept.
-    pub const MAX_POINTS: usize = 2000;
-
-    fn push(&mut self, point: ChangePoint) {
-        if self.motions_in_last == self.motions_per_point || self.points.is_empty() {
-            if self.points.len() == Self::MAX_POINTS {
-                let halved =
-                    self.points.chunks(2).map(|pair| pair.iter().skip(1).fold(pair[0], joined)).collect();
-                self.points = halved;
-                self.motions_per_point *= 2;
-            }
-            self.points.push(point);
-            self.motions_in_last = 1;
-        } else if let Some(last) = self.points.last_mut() {
-            *last = joined(*last, &point);
-            self.motions_in_last += 1;
+impl Bucket for ChangePoint {
+    fn merged(self, later: &Self) -> Self {
+        Self {
+            line: if later.sum_mm > self.sum_mm { later.line } else { self.line },
+            location_errors_mm: self.location_errors_mm.max(later.location_errors_mm),
+            wear_mm: self.wear_mm.max(later.wear_mm),
+            cc_mm: self.cc_mm.max(later.cc_mm),
+            sum_mm: self.sum_mm.max(later.sum_mm),
+            error_before_mm: self.error_before_mm.max(later.error_before_mm),
+            error_after_mm: self.error_after_mm.max(later.error_after_mm),
         }
-    }
-
-    /// The points so far.
-    #[must_use]
-    pub fn points(&self) -> &[ChangePoint] {
-        &self.points
-    }
-}
-
-fn joined(a: ChangePoint, b: &ChangePoint) -> ChangePoint {
-    ChangePoint {
-        line: if b.sum_mm > a.sum_mm { b.line } else { a.line },
-        location_errors_mm: a.location_errors_mm.max(b.location_errors_mm),
-        wear_mm: a.wear_mm.max(b.wear_mm),
-        cc_mm: a.cc_mm.max(b.cc_mm),
-        sum_mm: a.sum_mm.max(b.sum_mm),
-        error_before_mm: a.error_before_mm.max(b.error_before_mm),
-        error_after_mm: a.error_after_mm.max(b.error_after_mm),
     }
 }
 

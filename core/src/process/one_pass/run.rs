@@ -10,16 +10,15 @@ use super::report::{CompensationReport, LocationErrorReport};
 use super::steps::{StepList, StepReports};
 use super::unmodelled::Unmodelled;
 use crate::machine::{LocationError, Machine, Squareness};
+use crate::motion::Interpolation;
 use crate::process::contact_path::PathStep;
 use crate::process::fault::{Fault, LeftOut};
 use crate::process::move_ends::{MoveStep, Moved, Moves, WearParameters};
-use crate::process::pipeline::{MotionChange, Note, Resources, record};
+use crate::process::pipeline::{MotionChange, Note, Resources, StepDone, record, to_upload};
 use crate::process::set_up::{ProgramSetup, Stop};
 use crate::process::simulate::{SimulationParameters, simulate_lines};
-use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
-use crate::process::text::{
-    CHUNK_BYTES, LineCursor, LineMap, Place, ProgramReading, ProgramSource, StepStore, StoredText, read_some,
-};
+use crate::process::singular::{RegionSearch, SingularStep};
+use crate::process::text::{CHUNK_BYTES, LineCursor, Place, ProgramSource, StepStore, StoredText, read_some};
 use crate::program::Steps;
 use crate::side_by_side::SideBySide;
 
@@ -71,28 +70,25 @@ pub fn compensate_program(
         tally: Tally::default(),
         unmodelled: Unmodelled::default(),
     };
-    let lags = match &parameters.servo {
-        None => {
-            steps.run(source, store, output, &mut |change| sum.take(change), &with)?;
-            None
-        }
+    let (lags, told) = match &parameters.servo {
+        None => (None, steps.run(source, store, output, &mut |change| sum.take(change), &with)?),
         Some(servo) => {
             let mut written = BufWriter::new(store.create(Place::Written)?);
             let mut resting = BufWriter::new(store.create(Place::AllChanges)?);
             let note = &mut |change: &MotionChange| Ok(record::put(change, &mut resting)?);
-            let lines = steps.run(source, store, &mut written, note, &with)?;
+            let told = steps.run(source, store, &mut written, note, &with)?;
             written.flush()?;
             resting.flush()?;
             drop((written, resting));
             let drives = Drives { machine, store, stop };
-            let lags = drives.lags(&lines, program, servo)?;
+            let lags = drives.lags(to_upload(&told), program, servo)?;
             drives.join(lags.is_some(), &mut |change| sum.take(change))?;
             drives.hand_on(output)?;
-            lags
+            (lags, told)
         }
     };
-    let done = Done { reports: steps.reports()?, has_errors };
-    Ok(done.report(parameters, lags, sum))
+    let done = Done { reports: steps.reports()?, told, has_errors };
+    done.report(parameters, lags, sum)
 }
 
 /// The step that moves ends.
@@ -116,6 +112,8 @@ fn moves<'p>(parameters: &CompensationParameters, moving: &'p WearParameters, ha
 /// The finished steps.
 struct Done {
     reports: StepReports,
+    /// What each step tells, in their order.
+    told: Vec<StepDone>,
     has_errors: bool,
 }
 
@@ -131,7 +129,12 @@ struct Drives<'a> {
 
 impl Drives<'_> {
     /// Runs the written program through the drives; `None` if this is not possible, which refuses nothing.
-    fn lags(&self, lines: &[LineMap], program: ProgramSetup, servo: &ServoStep) -> Result<Lags, Fault> {
+    fn lags(
+        &self,
+        lines: Vec<LineCursor<'_>>,
+        program: ProgramSetup,
+        servo: &ServoStep,
+    ) -> Result<Lags, Fault> {
         let parameters = SimulationParameters {
             period_s: servo.period_s,
             profile: servo.profile,
@@ -141,14 +144,7 @@ impl Drives<'_> {
         let mut out = BufWriter::new(self.store.create(Place::Lags)?);
         let mut keep = |line: u64, lag_mm: f64| Ok(record::put_lag(line, lag_mm, &mut out)?);
         let text = StoredText { store: self.store, place: Place::Written };
-        let simulated = simulate_lines(
-            self.machine,
-            &parameters,
-            &text,
-            lines.iter().map(LineCursor::new).collect(),
-            Some(&mut keep),
-            self.stop,
-        );
+        let simulated = simulate_lines(self.machine, &parameters, &text, lines, Some(&mut keep), self.stop);
         out.flush()?;
         match simulated {
             Ok(simulation) => Ok(Some(simulation.left_out)),
@@ -229,8 +225,18 @@ impl Sum<'_> {
 }
 
 impl Done {
-    fn report(self, parameters: &CompensationParameters, lags: Lags, sum: Sum<'_>) -> CompensationReport {
-        let Self { reports: StepReports { singular: singularity, moved, path: cc }, has_errors } = self;
+    fn report(
+        self,
+        parameters: &CompensationParameters,
+        lags: Lags,
+        sum: Sum<'_>,
+    ) -> Result<CompensationReport, Fault> {
+        let Self { reports: StepReports { singular: singularity, moved, path: cc }, told, has_errors } = self;
+        let (Some(first), Some(last)) = (told.first(), told.last()) else { return Err(Fault::NothingAsked) };
+        let interpolation = told.iter().find_map(|step| step.interpolation).unwrap_or(Interpolation::Machine);
+        let (blocks_in, blocks_out) = (first.blocks_in, last.blocks_out);
+        let (dialect, reading) = (first.dialect, first.reading.clone());
+        let steps = told.iter().fold(Steps::NONE, |steps, step| steps.and(step.steps));
         let location_errors = moved
             .as_ref()
             .filter(|_| parameters.location_errors)
@@ -238,26 +244,7 @@ impl Done {
         let moving = moved.map(|moved| moved.wear);
         let not_modelled: Vec<NotModelled> =
             sum.unmodelled.list(parameters, moving.as_ref(), cc.as_ref(), lags);
-        let (dialect, interpolation, blocks_in) = match (&moving, &cc) {
-            (Some(moving), _) => (moving.dialect, moving.interpolation, moving.blocks_in),
-            (None, Some(cc)) => (cc.dialect, cc.interpolation, cc.blocks_in),
-            (None, None) => (crate::program::Dialect::Iso, crate::motion::Interpolation::Machine, 0),
-        };
-        let blocks_in = singularity.as_ref().map_or(blocks_in, |report| report.blocks_in);
-        let blocks_out = match (&moving, &cc) {
-            (_, Some(cc)) => cc.blocks_out,
-            (Some(moving), None) => moving.blocks_out,
-            (None, None) => 0,
-        };
-        let steps = singularity.as_ref().map_or(Steps::NONE, SingularityReport::steps);
-        let steps = steps.and(moving.as_ref().map_or(Steps::NONE, |moving| moving.steps));
-        let steps = steps.and(cc.as_ref().map_or(Steps::NONE, |cc| cc.steps));
-        let reading = match (&moving, &cc) {
-            (Some(moving), _) => moving.reading.clone(),
-            (None, Some(cc)) => cc.reading.clone(),
-            (None, None) => ProgramReading::default(),
-        };
-        CompensationReport {
+        Ok(CompensationReport {
             dialect,
             interpolation,
             steps,
@@ -271,7 +258,7 @@ impl Done {
             cc,
             changes: sum.totals,
             budget: sum.tally.into_budget(not_modelled),
-        }
+        })
     }
 }
 

@@ -5,12 +5,12 @@ use std::io::Write;
 use crate::process::contact_path::{CcReport, PathStep};
 use crate::process::fault::Fault;
 use crate::process::move_ends::{MoveStep, Moved};
-use crate::process::pipeline::{Look, MotionChange, Note, Resources, Step, run_chain};
+use crate::process::pipeline::{Look, MotionChange, Note, Resources, Step, StepDone, run_chain};
 use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
-use crate::process::text::{LineMap, ProgramSource, StepStore};
+use crate::process::text::{ProgramSource, StepStore};
 
-/// The steps that a program goes through. Singular regions are treated first. Then the ends of motions are moved, for wear and for
-/// location errors. The course between the ends is repaired last.
+/// The steps that a program goes through. Singular regions are treated first. Then the ends of motions are moved, for
+/// wear and for location errors. The course between the ends is repaired last.
 pub(super) struct StepList<'p> {
     /// Lists singular regions during the reading of the first step.
     pub(super) search: Option<RegionSearch<'p>>,
@@ -27,7 +27,7 @@ pub(super) struct StepReports {
 }
 
 impl StepList<'_> {
-    /// Takes a program through the steps. Returns the lines that each step inserted, those of the last step first.
+    /// Takes a program through the steps. Returns what each step tells, in their order.
     ///
     /// # Errors
     /// As for [`run_chain`].
@@ -38,7 +38,7 @@ impl StepList<'_> {
         output: &mut dyn Write,
         note: Note<'_, MotionChange>,
         with: &Resources<'_>,
-    ) -> Result<Vec<LineMap>, Fault> {
+    ) -> Result<Vec<StepDone>, Fault> {
         let Self { search, singular, moves, path } = self;
         let mut steps: Vec<&mut dyn Step> = Vec::new();
         steps.extend(singular.as_mut().map(|step| step as &mut dyn Step));

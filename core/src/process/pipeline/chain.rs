@@ -7,9 +7,13 @@ use super::motion_change::MotionChange;
 use super::read_back::failed;
 use super::record;
 use crate::machine::Machine;
+use crate::motion::Interpolation;
 use crate::process::fault::Fault;
 use crate::process::set_up::Stop;
-use crate::process::text::{LineCursor, LineMap, Place, ProgramSource, StepStore, StoredText};
+use crate::process::text::{
+    LineCursor, LineMap, Place, ProgramReading, ProgramSource, StepStore, StoredText,
+};
+use crate::program::{Dialect, Steps};
 use crate::side_by_side::SideBySide;
 
 /// The resources that all steps share.
@@ -23,7 +27,7 @@ pub(in crate::process) struct Resources<'a> {
 /// A step of a chain. It keeps its own report.
 pub(in crate::process) trait Step {
     /// Takes the program of `upstream` through the step. `note` gets the changes of every motion, in program order,
-    /// after the written motion was read back. Returns the lines that the step inserted.
+    /// after the written motion was read back.
     ///
     /// # Errors
     /// Why the program is refused; `output` then holds text that must not be run.
@@ -34,10 +38,29 @@ pub(in crate::process) trait Step {
         output: &mut dyn Write,
         note: Note<'_, MotionChange>,
         with: &Resources<'_>,
-    ) -> Result<LineMap, Fault>;
+    ) -> Result<StepDone, Fault>;
 
     /// Whether `note` gets every motion, with or without changes.
     fn notes_motions(&self) -> bool;
+}
+
+/// What every step tells of a program that has gone through it.
+#[derive(Debug)]
+pub(in crate::process) struct StepDone {
+    /// The lines that the step inserted.
+    pub(in crate::process) lines: LineMap,
+    /// The dialect read and written.
+    pub(in crate::process) dialect: Dialect,
+    /// The interpolation mode of the motions at feed; `None` from a step that does not tell.
+    pub(in crate::process) interpolation: Option<Interpolation>,
+    /// The steps that changed something.
+    pub(in crate::process) steps: Steps,
+    /// How the program was read.
+    pub(in crate::process) reading: ProgramReading,
+    /// Blocks read.
+    pub(in crate::process) blocks_in: u64,
+    /// Blocks written.
+    pub(in crate::process) blocks_out: u64,
 }
 
 /// The report of a step, available after a program has gone through.
@@ -49,8 +72,8 @@ pub(in crate::process) fn reported<R>(report: Option<R>) -> Result<R, Fault> {
 }
 
 /// Takes a program through these steps to `output`. Between two steps it is stored in `store`. `look` watches the
-/// first reading. `note` gets every motion with the changes of all steps that note motions. Returns the inserted lines
-/// of each step, those of the last step first.
+/// first reading. `note` gets every motion with the changes of all steps that note motions. Returns what each step
+/// tells, in their order.
 ///
 /// # Errors
 /// Why a step refuses the program; `output` then holds text that must not be run.
@@ -62,17 +85,17 @@ pub(in crate::process) fn run_chain(
     output: &mut dyn Write,
     note: Note<'_, MotionChange>,
     with: &Resources<'_>,
-) -> Result<Vec<LineMap>, Fault> {
-    let mut maps: Vec<LineMap> = Vec::new();
+) -> Result<Vec<StepDone>, Fault> {
+    let mut done: Vec<StepDone> = Vec::new();
     let mut resting: Option<StoredText<'_>> = None;
     let mut noted: Option<Place> = None;
     let count = steps.len();
     for (index, step) in steps.iter_mut().enumerate() {
         let source = resting.as_ref().map_or(upload, |text| text as &dyn ProgramSource);
-        let upstream = Upstream { source, lines: maps.iter().map(LineCursor::new).collect() };
+        let upstream = Upstream { source, lines: to_upload(&done) };
         let look = look.take();
         let mut earlier = noted.map(|place| store.open(place).map(BufReader::new)).transpose()?;
-        let lines = if index + 1 == count {
+        let told = if index + 1 == count {
             let note = &mut |change: &MotionChange| note(&joined(earlier.as_mut(), change)?);
             step.run(upstream, look, output, note, with)?
         } else {
@@ -92,7 +115,7 @@ pub(in crate::process) fn run_chain(
                 Some(notes) => Ok(record::put(&joined(earlier.as_mut(), change)?, notes)?),
                 None => Ok(()),
             };
-            let lines = step.run(upstream, look, &mut text, note, with)?;
+            let told = step.run(upstream, look, &mut text, note, with)?;
             text.flush()?;
             if let Some(notes) = &mut notes {
                 notes.flush()?;
@@ -100,11 +123,16 @@ pub(in crate::process) fn run_chain(
             drop(text);
             noted = notes_in.or(noted);
             resting = Some(StoredText { store, place: text_in });
-            lines
+            told
         };
-        maps.insert(0, lines);
+        done.push(told);
     }
-    Ok(maps)
+    Ok(done)
+}
+
+/// The way from the lines that these steps wrote back to those of the upload: the last step first.
+pub(in crate::process) fn to_upload(done: &[StepDone]) -> Vec<LineCursor<'_>> {
+    done.iter().rev().map(|step| LineCursor::new(&step.lines)).collect()
 }
 
 /// The changes of a motion together with those of earlier steps.

@@ -7,10 +7,11 @@ use std::io::Write;
 use super::outgoing::Outgoing;
 use super::read_back::{Expected, ReadBack};
 use super::rewriter::Rewriter;
+use super::surveyed::Surveyed;
 use crate::machine::Machine;
-use crate::process::fault::Fault;
+use crate::process::fault::{Fault, Warnings};
 use crate::process::set_up::{ProgramSetup, Stop};
-use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stretch, Survey};
+use crate::process::text::{Inventory, LineCursor, Passages, ProgramSource, Stretch};
 use crate::program::Dialect;
 use crate::side_by_side::SideBySide;
 
@@ -47,6 +48,13 @@ pub(in crate::process) trait StepWork: Send {
     /// Whether the program has a fault that refuses it. It is then read to its end without writing, so that every
     /// fault is listed.
     fn has_faults(&self) -> bool;
+    /// Refuses a program that was read to its end, if its lines have faults or if the step could follow nothing.
+    ///
+    /// # Errors
+    /// The reason.
+    fn refuse(&mut self, surveyed: &Surveyed<'_>, passages: &Passages<'_>) -> Result<(), Fault>;
+    /// The warnings of the step, for those about the text as a whole.
+    fn warnings(&mut self) -> &mut Warnings;
     /// The writer of the step.
     fn rewriter(&self) -> &Rewriter;
 }
@@ -103,15 +111,6 @@ impl Prepare for Inventory {
     }
 }
 
-/// What a step knows of a program before it follows it.
-#[derive(Clone, Copy)]
-pub(in crate::process) struct Surveyed<'s> {
-    pub(in crate::process) source: &'s dyn ProgramSource,
-    pub(in crate::process) survey: Survey,
-    /// The set-up with the tool of each section. Only the path step gives it: its tools are those of the contacts.
-    pub(in crate::process) program: Option<&'s ProgramSetup>,
-}
-
 /// Looks at a program while a step works on it, and changes nothing.
 pub(in crate::process) trait Look: Send {
     /// Begins a program.
@@ -132,11 +131,11 @@ pub(in crate::process) trait Look: Send {
 pub(in crate::process) type Note<'n, B> = &'n mut dyn FnMut(&B) -> Result<(), Fault>;
 
 /// The workers of a step.
-pub(in crate::process) struct Hands<'h, S: StepWork> {
+pub(in crate::process) struct Hands<'h, 'l, S: StepWork> {
     pub(in crate::process) prepare: &'h mut dyn Prepare,
     pub(in crate::process) work: &'h mut S,
     pub(in crate::process) check: &'h mut S::Checker,
-    pub(in crate::process) look: Option<&'h mut dyn Look>,
+    pub(in crate::process) look: Option<&'h mut (dyn Look + 'l)>,
 }
 
 /// The progress of a program through a step.
@@ -175,11 +174,32 @@ impl<'a> StepRun<'a> {
         self.passages.dialect()
     }
 
-    /// Takes the program through a step to its end. `output` then has the written text, which still has to be
-    /// [finished](Hands::finish).
+    /// Takes the program through a step. At its end, everything written was read back, and the text is complete.
+    ///
+    /// # Errors
+    /// Why the program is refused; `output` then holds text that must not be run.
     pub(in crate::process) fn run<S: StepWork>(
         &mut self,
-        hands: &mut Hands<'_, S>,
+        mut hands: Hands<'_, '_, S>,
+        surveyed: &Surveyed<'_>,
+        output: &mut dyn Write,
+        note: Note<'_, <S::Checker as StepCheck>::Outcome>,
+        parts: &dyn SideBySide,
+    ) -> Result<(), Fault> {
+        if let Some(look) = &mut hands.look {
+            look.begin(surveyed, self.dialect())?;
+        }
+        self.go_through(&mut hands, output, note, parts)?;
+        hands.work.refuse(surveyed, &self.passages)?;
+        hands.finish(&self.passages, output, note)?;
+        self.passages.warn(hands.work.warnings());
+        Ok(())
+    }
+
+    /// Works on all stretches. The text written last still has to be [finished](Hands::finish).
+    fn go_through<S: StepWork>(
+        &mut self,
+        hands: &mut Hands<'_, '_, S>,
         output: &mut dyn Write,
         note: Note<'_, <S::Checker as StepCheck>::Outcome>,
         parts: &dyn SideBySide,
@@ -256,9 +276,9 @@ impl<'a> StepRun<'a> {
     }
 }
 
-impl<S: StepWork> Hands<'_, S> {
+impl<S: StepWork> Hands<'_, '_, S> {
     /// Finishes a program without faults: everything must have been read back.
-    pub(in crate::process) fn finish(
+    fn finish(
         &mut self,
         passages: &Passages<'_>,
         output: &mut dyn Write,

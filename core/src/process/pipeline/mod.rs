@@ -12,16 +12,15 @@ mod read_back;
 pub(in crate::process) mod record;
 mod rewriter;
 mod series;
+mod surveyed;
 
 pub use deviation::DeviationSummary;
 pub use motion_change::{ErrorShares, MotionChange, MotionError};
-pub use series::{Series, SeriesPoint};
+pub use series::{Bucket, Buckets, Series, SeriesPoint};
 
-pub(in crate::process) use chain::{Resources, Step, reported, run_chain};
+pub(in crate::process) use chain::{Resources, Step, StepDone, reported, run_chain, to_upload};
 pub(in crate::process) use deviation::DeviationTotals;
-pub(in crate::process) use drive::{
-    Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Surveyed, Upstream,
-};
+pub(in crate::process) use drive::{Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Upstream};
 pub(in crate::process) use emit::{
     Emitter, MIN_FEED, SAME_WORD, differs, exact_decimals, form, in_units, rounded_feed,
 };
@@ -29,3 +28,4 @@ pub(in crate::process) use kept_motion::{KeptMotion, SAME_READ_BACK, same_words}
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{BeforeAfter, Expected, MachineWord, ReadBack, TIME_ROUNDING, failed};
 pub(in crate::process) use rewriter::{Placed, Rewriter};
+pub(in crate::process) use surveyed::{Asked, Surveyed};

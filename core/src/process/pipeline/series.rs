@@ -1,4 +1,4 @@
-//! The deviation along the path, down-sampled while it streams by.
+//! Values along a program, down-sampled while they stream by, and the deviation along the path as one of them.
 
 /// One bucket of the series, with the largest deviation of its motions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,27 +13,37 @@ pub struct SeriesPoint {
     pub after_mm: f64,
 }
 
-/// A series of at most [`Series::MAX_POINTS`] points for any length of program. When it is full, neighbours are
+/// One point of a series, which may stand for several motions.
+pub trait Bucket: Copy {
+    /// The point for the motions of both; `later` follows.
+    #[must_use]
+    fn merged(self, later: &Self) -> Self;
+}
+
+/// A series of at most [`Buckets::MAX_POINTS`] points for any length of program. When it is full, neighbours are
 /// merged, and every later point covers twice as many motions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
-    points: Vec<SeriesPoint>,
+pub struct Buckets<P> {
+    points: Vec<P>,
     motions_per_point: u64,
     motions_in_last: u64,
 }
 
-impl Default for Series {
+/// The deviation along the path.
+pub type Series = Buckets<SeriesPoint>;
+
+impl<P> Default for Buckets<P> {
     fn default() -> Self {
         Self { points: Vec::new(), motions_per_point: 1, motions_in_last: 0 }
     }
 }
 
-impl Series {
+impl<P: Bucket> Buckets<P> {
     /// Most points kept.
     pub const MAX_POINTS: usize = 2000;
 
     /// Adds one motion.
-    pub fn push(&mut self, point: SeriesPoint) {
+    pub fn push(&mut self, point: P) {
         if self.motions_in_last == self.motions_per_point || self.points.is_empty() {
             if self.points.len() == Self::MAX_POINTS {
                 self.halve();
@@ -41,33 +51,32 @@ impl Series {
             self.points.push(point);
             self.motions_in_last = 1;
         } else if let Some(last) = self.points.last_mut() {
-            *last = merged(last, &point);
+            *last = last.merged(&point);
             self.motions_in_last += 1;
         }
     }
 
     /// The points so far.
     #[must_use]
-    pub fn points(&self) -> &[SeriesPoint] {
+    pub fn points(&self) -> &[P] {
         &self.points
     }
 
     fn halve(&mut self) {
-        self.points = self
-            .points
-            .chunks(2)
-            .map(|pair| pair.iter().skip(1).fold(pair[0], |whole, part| merged(&whole, part)))
-            .collect();
+        let halved = self.points.chunks(2).map(|pair| pair.iter().skip(1).fold(pair[0], P::merged));
+        self.points = halved.collect();
         self.motions_per_point *= 2;
     }
 }
 
-fn merged(a: &SeriesPoint, b: &SeriesPoint) -> SeriesPoint {
-    SeriesPoint {
-        path_mm: b.path_mm,
-        line: if b.before_mm > a.before_mm { b.line } else { a.line },
-        before_mm: a.before_mm.max(b.before_mm),
-        after_mm: a.after_mm.max(b.after_mm),
+impl Bucket for SeriesPoint {
+    fn merged(self, later: &Self) -> Self {
+        Self {
+            path_mm: later.path_mm,
+            line: if later.before_mm > self.before_mm { later.line } else { self.line },
+            before_mm: self.before_mm.max(later.before_mm),
+            after_mm: self.after_mm.max(later.after_mm),
+        }
     }
 }
 

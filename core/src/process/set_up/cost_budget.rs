@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::contact::Effort;
+use crate::process::fault::Fault;
 
 /// Called at intervals to ask whether the work is still wanted.
 pub type Stop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
@@ -28,5 +29,20 @@ impl Budget {
     /// An effort with the same limits.
     pub(in crate::process) fn effort<'s>(&self, stop: &'s Stop<'s>) -> Effort<'s> {
         Effort::new(stop, self.max_evaluations).searching_at_most(self.max_surface_steps)
+    }
+
+    /// Refuses a program that costs more than this.
+    ///
+    /// # Errors
+    /// The limit that it passes.
+    pub(in crate::process) fn check(&self, evaluations: u64, blocks_out: u64) -> Result<(), Fault> {
+        if evaluations > self.max_evaluations {
+            let what = "evaluations of the deviation";
+            return Err(Fault::TooCostly { what, limit: self.max_evaluations });
+        }
+        if blocks_out > self.max_blocks_out {
+            return Err(Fault::TooCostly { what: "blocks written", limit: self.max_blocks_out });
+        }
+        Ok(())
     }
 }

@@ -9,6 +9,7 @@ mod tool_table;
 mod tool_vectors;
 mod tooling;
 mod tools_at_work;
+mod travel;
 
 pub use contact_source::ContactSource;
 pub use cost_budget::{Budget, Stop};
@@ -21,3 +22,4 @@ pub(in crate::process) use tool_calls::ToolCalls;
 pub(in crate::process) use tool_vectors::ToolVectors;
 pub(in crate::process) use tooling::{Need, ToolUsed, Tooling};
 pub(in crate::process) use tools_at_work::ToolsAtWork;
+pub(in crate::process) use travel::{TravelCheck, Travels};

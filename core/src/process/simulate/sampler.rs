@@ -77,7 +77,7 @@ impl Piece {
         }
         Ok(Some(Self {
             ends: [start, end],
-            mode: parameters.program.interpolation.unwrap_or(motion.interpolation),
+            mode: motion.mode(parameters.program.interpolation),
             line: motion.line,
             length: if path_mm > RESTING_MM { path_mm } else { time.turn_deg },
             duration_s,

@@ -3,19 +3,17 @@
 
 use std::sync::Arc;
 
-use super::densify::part;
 use super::figures::{axis_deviation, figures, great_circle, rotary_steps_deg, time_s};
 use super::planner::{Planner, SmoothedMotion};
 use super::regions::{RegionFiguresWritten, RegionNumber};
 use super::report::RegionFigures;
-use crate::contact::{Effort, Station, within_tolerance};
+use crate::contact::{Effort, within_tolerance};
 use crate::geometry::angle_between;
 use crate::machine::Machine;
-use crate::motion::{AxisWords, Motion, MotionKind};
-use crate::process::contact_path::{DividedBlock, PathCheck};
+use crate::motion::Motion;
+use crate::process::contact_path::{DividedBlock, LAST_BIT};
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::TIME_ROUNDING;
-use crate::process::pipeline::{Expected, KeptMotion, ReadBack, StepCheck, failed, same_words};
+use crate::process::pipeline::{Expected, KeptMotion, ReadBack, StepCheck, TIME_ROUNDING, failed};
 use crate::process::text::Stretch;
 use crate::program::Dialect;
 
@@ -23,8 +21,6 @@ use crate::program::Dialect;
 const ROUNDING: f64 = 1.732_050_808 * 1.1;
 /// Error of arithmetic with inches and increments \[mm\].
 const ARITHMETIC_MM: f64 = 1e-7;
-/// A difference in the last bit of a word may push a value that was just inside over its limit (share).
-const LAST_BIT: f64 = 1e-9;
 /// Error from words that pass through binary fractions \[deg\].
 const SAME_STEP_DEG: f64 = 1e-6;
 /// The expected next motion of the written program.
@@ -171,30 +167,8 @@ impl<'a> RegionCheck<'a> {
         region: RegionNumber,
     ) -> Result<(), Fault> {
         let (line, block) = (group.source.line, &group.checked.block);
-        let nodes = &group.division.nodes;
-        let node = nodes.get(index).ok_or(failed(line, "there is a part too many"))?;
-        let (Some(start), Some(end)) = (read.start, read.end) else {
-            return Err(failed(line, "a part of a divided block has no known end"));
-        };
-        let mode = self.planner.cutting.parameters.program.interpolation.unwrap_or(read.interpolation);
-        let before: Option<AxisWords> = match index.checked_sub(1) {
-            None => Some(block.ends[0].words),
-            Some(before) => nodes.get(before).map(|node| node.station.words),
-        };
-        let same_modes = read.kind == MotionKind::Linear
-            && read.unfollowable.is_none()
-            && mode == block.mode
-            && read.feed.mode == group.source.feed.mode
-            && read.incremental == group.source.incremental;
-        if !same_modes {
-            return Err(failed(line, "a part of a divided block is another kind of motion"));
-        }
-        if !same_words(Some(start), before) || !same_words(Some(end), Some(node.station.words)) {
-            return Err(failed(line, "a part of a divided block is not where it was planned"));
-        }
-        PathCheck::carried_along(read, group, index)?;
-        let ends = [start, end].map(|words| Station::new(block.machine, &block.kinematics, mode, words));
-        let segment = part(nodes, index, ends).ok_or(failed(line, "there is a part too many"))?;
+        let stated = self.planner.cutting.parameters.program.interpolation;
+        let segment = group.check_part(read, index, stated)?;
         let limits = self.planner.limits();
         let found = within_tolerance(block, &segment, limits.tolerance_mm);
         let (Ok(sampled) | Err(sampled)) = found;
@@ -211,7 +185,7 @@ impl<'a> RegionCheck<'a> {
         if rotary_steps_deg(&segment).into_iter().any(|step| step > max_step_deg) {
             return Err(failed(line, "a rotary axis turns too far in a part of a divided block"));
         }
-        PathCheck::time(read, group, &segment)?;
+        group.check_time(read, &segment)?;
         let found = figures(block, &segment, time_s(block, &group.source), &limits, &mut self.effort);
         self.written.take(region, &found);
         Ok(())

@@ -82,7 +82,7 @@ impl<'a> Collector<'a> {
 
     /// Takes the next motion. If the motion closes the region, it must be passed again after [`Collector::take`].
     pub(super) fn see(&mut self, batch: &Batch, motion: &Motion, index: u64) -> Seen {
-        let mode = self.cutting.parameters.program.interpolation.unwrap_or(motion.interpolation);
+        let mode = motion.mode(self.cutting.parameters.program.interpolation);
         self.set_ups.enter(motion);
         let found = self.pending(batch, motion, index, mode);
         if self.is_open() && found.is_none() {

@@ -11,8 +11,8 @@ use super::planner::{DensifiedMotion, Planner};
 use super::report::LeftReason;
 use super::taut_string::taut_string;
 use crate::contact::{
-    CutterContact, Effort, Node, Resolution, Segment, SourceBlock, Station, prove, rotary_rad,
-    sample_until_sure, segments,
+    CutterContact, Effort, Node, Resolution, SourceBlock, Station, prove, rotary_rad, sample_until_sure,
+    segments,
 };
 use crate::geometry::GreatCircle;
 use crate::kinematics::{Branch, TurningRoom};
@@ -282,11 +282,4 @@ impl Task<'_, '_> {
 /// The middle of a room, which determines the turn of the next room. A free room determines nothing.
 fn follow(room: &TurningRoom, near_deg: f64) -> f64 {
     if room.is_free() { near_deg } else { 0.5 * (room.range_deg[0] + room.range_deg[1]) }
-}
-
-/// The segment of a divided block that ends at the node of this index, between these ends.
-pub(super) fn part(nodes: &[Node], index: usize, ends: [Station; 2]) -> Option<Segment> {
-    let to = nodes.get(index)?.fraction;
-    let from = index.checked_sub(1).and_then(|before| nodes.get(before)).map_or(0.0, |node| node.fraction);
-    Some(Segment { ends, fraction: [from, to] })
 }

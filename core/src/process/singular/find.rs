@@ -61,8 +61,7 @@ impl<'a> RegionSearch<'a> {
         if let Some(program) = surveyed.program {
             return Ok(Some(CcParameters { program: program.clone(), ..self.cc.clone() }));
         }
-        let tools = &surveyed.survey.tools;
-        match self.cc.with_tools(contact, tools, self.machine, surveyed.source, self.stop) {
+        match self.cc.with_tools(&Surveyed { contact, ..*surveyed }, self.machine, self.stop) {
             Ok(parameters) => Ok(Some(parameters)),
             Err(fault @ (Fault::Cancelled | Fault::Io(_))) => Err(fault),
             Err(_) => Ok(None),

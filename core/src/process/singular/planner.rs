@@ -5,11 +5,11 @@ use super::figures::Limits;
 use super::parameters::SingularityParameters;
 use super::pending::Pending;
 use super::report::LeftReason;
-use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word, rotary_rad};
-use crate::machine::Travel;
+use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
 use crate::process::contact_path::{Checked, Division, is_too_fast};
 use crate::process::pipeline::{MIN_FEED, rounded_feed};
+use crate::process::set_up::{TravelCheck, Travels};
 use crate::process::text::Survey;
 use crate::program::NewWord;
 
@@ -92,30 +92,14 @@ impl<'a> Planner<'a> {
         self.survey.written_decimals(motion.mm_per_unit)
     }
 
-    /// Whether an axis would leave its travel at these words. Without a stated set-up the positions of the linear axes
-    /// are not known under tool-centre-point control; the step of the contact path warns that they are not checked.
+    /// Whether an axis would leave its travel at these words, as far as the positions of the axes are known.
     pub(super) fn is_outside(&self, mode: Interpolation, words: &AxisWords) -> bool {
-        let Cutting { machine, kinematics, .. } = &self.cutting;
-        let rotary = machine.rotary_axes().iter().zip(words.rotary_deg);
-        let outside = |travel: Option<Travel>, word: f64| {
-            travel.is_some_and(|travel| !travel.contains(word, Travel::WORD_SLACK))
-        };
-        if rotary.into_iter().any(|(axis, word)| outside(axis.travel_deg, word)) {
-            return true;
-        }
-        let travel = machine.linear_travel_mm();
-        if travel.iter().all(Option::is_none) {
-            return false;
-        }
-        let linear_mm: [f64; 3] = match mode {
-            Interpolation::Machine => words.linear_mm,
-            Interpolation::Tcp if !self.cutting.is_stated => return false,
-            Interpolation::Tcp => {
-                let angles = rotary_rad(machine, words.rotary_deg);
-                kinematics.linear_mm(words.linear_mm.into(), angles).into()
-            }
-        };
-        travel.iter().zip(linear_mm).any(|(travel, word)| outside(*travel, word))
+        let Cutting { machine, kinematics, is_stated, .. } = &self.cutting;
+        let mut is_outside = false;
+        let check = TravelCheck { machine, kinematics, is_stated: *is_stated };
+        // The step of the contact path warns of travels that cannot be checked.
+        let (Travels::Checked | Travels::NotChecked) = check.see(mode, words, |_| is_outside = true);
+        is_outside
     }
 
     /// The F word with which a motion between these ends takes the source's time, if the source's own F does not.

@@ -10,12 +10,12 @@ use super::report::SingularityReport;
 use super::work::RegionWork;
 use crate::machine::Machine;
 use crate::process::contact_path::CcParameters;
-use crate::process::fault::{Fault, Warnings};
+use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    Hands, Look, MotionChange, Note, Resources, Step, StepRun, StepWork, Surveyed, Upstream, reported,
+    Asked, Hands, Look, MotionChange, Note, Resources, Step, StepDone, StepRun, Surveyed, Upstream, reported,
 };
 use crate::process::set_up::{ContactSource, Stop};
-use crate::process::text::{Inventory, LineMap, ProgramSource, Survey};
+use crate::process::text::{Inventory, ProgramSource};
 use crate::program::{StepName, Steps};
 use crate::side_by_side::OneAfterAnother;
 
@@ -68,49 +68,45 @@ impl Step for SingularStep<'_> {
     fn run(
         &mut self,
         upstream: Upstream<'_>,
-        mut look: Option<&mut dyn Look>,
+        look: Option<&mut dyn Look>,
         output: &mut dyn Write,
         _note: Note<'_, MotionChange>,
-        &Resources { machine, parts, stop }: &Resources<'_>,
-    ) -> Result<LineMap, Fault> {
+        with: &Resources<'_>,
+    ) -> Result<StepDone, Fault> {
+        let Resources { machine, parts, stop } = *with;
         let Self { cc, singularity, .. } = *self;
-        let source = upstream.source;
-        let survey = Survey::of(machine, cc.program.dialect, source, stop)?;
-        if singularity.action != SingularityAction::Report {
-            survey.refuse_repeated(Steps::of(&[StepName::Singularity]), cc.program.allow_repeated)?;
-        }
-        let contact = survey.contact(cc.contact, cc.part.is_some())?;
+        let changes = singularity.action != SingularityAction::Report;
+        let asked = Asked {
+            program: &cc.program,
+            steps: if changes { Steps::of(&[StepName::Singularity]) } else { Steps::NONE },
+            contact: cc.contact,
+            has_part: cc.part.is_some(),
+        };
+        let surveyed = Surveyed::of(upstream.source, &asked, with)?;
         // Contacts that would be assumed from the feed are not used here.
-        let counts = if contact == ContactSource::FeedPlane { ContactSource::Tip } else { contact };
-        let cc = &cc.with_tools(counts, &survey.tools, machine, source, stop)?;
-        let cutting = Cutting::of(machine, cc, contact);
-        let planner = Planner { cutting, survey, singularity: *singularity };
+        let is_assumed = surveyed.contact == ContactSource::FeedPlane;
+        let counts = if is_assumed { ContactSource::Tip } else { surveyed.contact };
+        let cc = &cc.with_tools(&Surveyed { contact: counts, ..surveyed }, machine, stop)?;
+        let cutting = Cutting::of(machine, cc, surveyed.contact);
+        let planner = Planner { cutting, survey: surveyed.survey, singularity: *singularity };
         let mut inventory = Inventory::default();
         let mut run = StepRun::begin(upstream, machine, &cc.program, &inventory, stop)?;
-        let dialect = run.dialect();
-        if let Some(look) = &mut look {
-            look.begin(&Surveyed { source, survey, program: None }, dialect)?;
-        }
-        let mut work = RegionWork::new(planner.clone(), dialect, stop);
-        let mut check = RegionCheck::new(machine, planner, dialect, cc.budget.effort(stop));
-        let mut hands = Hands {
-            prepare: &mut inventory,
-            work: &mut work,
-            check: &mut check,
-            look: look.map(|look| look as &mut dyn Look),
+        let mut work = RegionWork::new(planner.clone(), run.dialect(), stop);
+        let mut check = RegionCheck::new(machine, planner, run.dialect(), cc.budget.effort(stop));
+        let hands = Hands { prepare: &mut inventory, work: &mut work, check: &mut check, look };
+        run.run(hands, &surveyed, output, &mut |(): &()| Ok(()), parts)?;
+        let (report, lines) = work.report(check, &run.passages);
+        let told = StepDone {
+            lines,
+            dialect: report.dialect,
+            interpolation: None,
+            steps: report.steps(),
+            reading: run.passages.reading(),
+            blocks_in: report.blocks_in,
+            blocks_out: report.blocks_out,
         };
-        let note = &mut |(): &()| Ok(());
-        run.run(&mut hands, output, note, parts)?;
-        if hands.work.has_faults() {
-            return Err(Fault::Lines(work.collector.faults));
-        }
-        hands.finish(&run.passages, output, note)?;
-        let passages = &run.passages;
-        let mut warnings = Warnings::default();
-        passages.warn(&mut warnings);
-        let (report, lines) = work.report(check, dialect, passages.blocks);
-        self.report = Some(SingularityReport { warnings: warnings.into_list(), ..report });
-        Ok(lines)
+        self.report = Some(report);
+        Ok(told)
     }
 
     fn notes_motions(&self) -> bool {

@@ -15,10 +15,10 @@ use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::motion::Motion;
 use crate::process::contact_path::{DividedBlock, write_division};
-use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{KeptMotion, Outgoing, Placed, Rewriter, StepWork};
+use crate::process::fault::{Fault, Warnings, go_on};
+use crate::process::pipeline::{KeptMotion, Outgoing, Placed, Rewriter, StepWork, Surveyed};
 use crate::process::set_up::Stop;
-use crate::process::text::{Inventory, LineMap, Passage, Stretch};
+use crate::process::text::{Inventory, LineMap, Passage, Passages, Stretch};
 use crate::program::{Dialect, StepName};
 use crate::units::Angle;
 
@@ -52,6 +52,7 @@ pub(super) struct RegionWork<'a> {
     /// Evaluations of the reading back, and blocks read, as last reported.
     spent_elsewhere: [u64; 2],
     blocks_changed: u64,
+    warnings: Warnings,
     stop: &'a Stop<'a>,
 }
 
@@ -78,6 +79,17 @@ impl<'a> StepWork for RegionWork<'a> {
         self.collector.faults.total > 0
     }
 
+    fn refuse(&mut self, _surveyed: &Surveyed<'_>, _passages: &Passages<'_>) -> Result<(), Fault> {
+        if self.has_faults() {
+            return Err(Fault::Lines(std::mem::take(&mut self.collector.faults)));
+        }
+        Ok(())
+    }
+
+    fn warnings(&mut self) -> &mut Warnings {
+        &mut self.warnings
+    }
+
     fn rewriter(&self) -> &Rewriter {
         &self.rewriter
     }
@@ -100,6 +112,7 @@ impl<'a> RegionWork<'a> {
             effort: cutting.parameters.budget.effort(stop),
             spent_elsewhere: [0; 2],
             blocks_changed: 0,
+            warnings: Warnings::default(),
             stop,
         }
     }
@@ -305,34 +318,28 @@ impl<'a> RegionWork<'a> {
     }
 
     fn check_budget(&self) -> Result<(), Fault> {
-        let budget = &self.planner.cutting.parameters.budget;
         let [evaluations, blocks] = self.spent_elsewhere;
-        if self.effort.evaluations() + evaluations > budget.max_evaluations {
-            let what = "evaluations of the deviation";
-            return Err(Fault::TooCostly { what, limit: budget.max_evaluations });
-        }
-        if blocks + self.rewriter.inserted() > budget.max_blocks_out {
-            return Err(Fault::TooCostly { what: "blocks written", limit: budget.max_blocks_out });
-        }
-        Ok(())
+        let evaluations = self.effort.evaluations() + evaluations;
+        let budget = &self.planner.cutting.parameters.budget;
+        budget.check(evaluations, blocks + self.rewriter.inserted())
     }
 
     /// The report, and the map of inserted lines.
     pub(super) fn report(
         self,
         check: RegionCheck<'a>,
-        dialect: Dialect,
-        blocks_in: u64,
+        passages: &Passages<'_>,
     ) -> (SingularityReport, LineMap) {
         let action = self.planner.singularity.action;
         let report = SingularityReport {
-            blocks_in,
+            blocks_in: passages.blocks,
             blocks_out: check.blocks(),
             motions_checked: self.collector.checked,
             blocks_changed: self.blocks_changed,
             blocks_inserted: self.rewriter.inserted(),
             feeds_restored: self.rewriter.feeds_restored(),
-            ..self.regions.report(check.written, dialect, action)
+            warnings: self.warnings.into_list(),
+            ..self.regions.report(check.written, passages.dialect(), action)
         };
         (report, self.rewriter.into_lines())
     }

@@ -170,6 +170,11 @@ impl<'a> Passages<'a> {
         self.reader.dialect().unwrap_or(Dialect::Iso)
     }
 
+    /// Cursors from the lines read to those of the upload, one after the other, from the first line on.
+    pub(in crate::process) fn to_upload(&self) -> Vec<LineCursor<'a>> {
+        self.first_lines.clone()
+    }
+
     /// The next passage, and the first motion after it.
     pub(in crate::process) fn next(&mut self) -> Result<Option<(Passage, Option<Motion>)>, Fault> {
         let Some(passage) =

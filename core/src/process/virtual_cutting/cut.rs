@@ -61,7 +61,7 @@ impl CutPath {
             _ if start == end => return Ok(None),
             _ => Shape::Straight([start, end]),
         };
-        let mode = parameters.program.interpolation.unwrap_or(motion.interpolation);
+        let mode = motion.mode(parameters.program.interpolation);
         Ok(Some(Self { shape, mode, kind: motion.kind, line: motion.line }))
     }
 

@@ -1,0 +1,52 @@
+//! What a step asks of a program, and what it knows of it before it follows it.
+
+use super::chain::Resources;
+use crate::process::fault::Fault;
+use crate::process::set_up::{ContactSource, ProgramSetup};
+use crate::process::text::{ProgramSource, Survey};
+use crate::program::Steps;
+
+/// What a step asks of a program.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::process) struct Asked<'p> {
+    pub(in crate::process) program: &'p ProgramSetup,
+    /// The steps that must not have been done to it before. Empty for a step that changes nothing.
+    pub(in crate::process) steps: Steps,
+    pub(in crate::process) contact: ContactSource,
+    /// Whether a part was sent with it.
+    pub(in crate::process) has_part: bool,
+}
+
+/// What a step knows of a program before it follows it.
+#[derive(Clone, Copy)]
+pub(in crate::process) struct Surveyed<'s> {
+    pub(in crate::process) source: &'s dyn ProgramSource,
+    pub(in crate::process) survey: Survey,
+    /// The source of its contacts, with `auto` resolved.
+    pub(in crate::process) contact: ContactSource,
+    /// The set-up with the tools that the contacts need, if the step has found them.
+    pub(in crate::process) program: Option<&'s ProgramSetup>,
+}
+
+impl<'s> Surveyed<'s> {
+    /// Surveys a program for a step.
+    ///
+    /// # Errors
+    /// A step was done to it before, it lacks the contacts asked for, it cannot be read, or the caller no longer
+    /// waits.
+    pub(in crate::process) fn of(
+        source: &'s dyn ProgramSource,
+        asked: &Asked<'_>,
+        with: &Resources<'_>,
+    ) -> Result<Self, Fault> {
+        let survey = Survey::of(with.machine, asked.program.dialect, source, with.stop)?;
+        survey.refuse_repeated(asked.steps, asked.program.allow_repeated)?;
+        let contact = survey.contact(asked.contact, asked.has_part)?;
+        Ok(Self { source, survey, contact, program: None })
+    }
+
+    /// The same with the set-up that has the tools of the contacts.
+    pub(in crate::process) fn with_tools_of(self, program: &'s ProgramSetup) -> Self {
+        Self { program: Some(program), ..self }
+    }
+}
