@@ -1,7 +1,7 @@
 //! The compensation of a program in one pass, as work on a program.
 
-use super::compensation::{missing_tool, treats};
-use super::cutter_contact::{core_parameters, findings as cc_findings};
+use super::cc_compensation::{missing_tool, treats};
+use super::cc_compensator::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
 use super::refusals::in_words_of_the_wire;
 use super::stamping::Leaving;

@@ -1,6 +1,5 @@
 //! The compensation for a worn cutter, as work on a program.
 
-use super::cutter_contact::{contact, series, summary};
 use super::part_surface::part_surface;
 use super::refusals::in_words_of_the_wire;
 use super::stamping::Leaving;
@@ -97,7 +96,7 @@ pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport
     WearFindings {
         dialect: report.dialect.into(),
         interpolation: report.interpolation.into(),
-        contact: contact(report.contact),
+        contact: report.contact.into(),
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
         blocks_changed: report.blocks_changed,
@@ -110,11 +109,11 @@ pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport
         max_shift_um: report.max_shift.um(),
         max_shift_line: report.max_shift_line,
         contact_angle_deg: report.contact_angles.map(|angles| Fixed(angles.map(Angle::deg))),
-        before: summary(&report.before),
-        after: summary(&report.after),
-        after_if_assumed: report.after_if_assumed.as_ref().map(summary),
+        before: (&report.before).into(),
+        after: (&report.after).into(),
+        after_if_assumed: report.after_if_assumed.as_ref().map(Into::into),
         cc_path_length_mm: report.cc_path_length_mm,
-        series: series(&report.series),
+        series: (&report.series).into(),
         advice: parameters.advice(report.contact_angles, report.curvature.as_ref()),
         curvature: report.curvature.as_ref().map(Into::into),
         warnings: report.warnings.iter().map(Into::into).collect(),

@@ -8,7 +8,7 @@ mod calibration_history;
 mod calibration_run;
 mod calibration_words;
 mod callback_url;
-mod compensation;
+mod cc_compensation;
 mod drive;
 mod fault;
 mod interpretation;
@@ -25,8 +25,10 @@ mod path_segment;
 mod posting;
 mod presets;
 mod printable;
+mod program_words;
 mod query;
 mod reading;
+mod report_parts;
 mod residuals;
 mod resolved;
 mod rows;
@@ -47,6 +49,7 @@ mod wear_history;
 mod wear_numbers;
 mod wear_outlook;
 mod wear_program;
+mod wear_report;
 mod wear_scallop;
 mod wear_scallop_curves;
 mod wear_tool;
@@ -70,10 +73,7 @@ pub use calibration_history::{
 };
 pub use calibration_run::{fit_fault, sphere_fault};
 pub use callback_url::{CallbackFault, CallbackUrl, Host};
-pub use compensation::{
-    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Dialect,
-    Interpolation, Output, Provenance, StepName, Warning,
-};
+pub use cc_compensation::{CcFindings, CcParameters, CcReport, Correction, Output};
 pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};
 pub use fault::{Fault, FaultList};
 pub use interpretation::{
@@ -102,8 +102,10 @@ pub use one_pass_answer::{
 pub use path_segment::path_segment;
 pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
+pub use program_words::{Contact, Dialect, Interpolation, StepName};
 pub use query::{NoParameters, QueryFault, read_query};
 pub use reading::{Unreadable, read_json};
+pub use report_parts::{DeviationSeries, DeviationSummary, Provenance, Warning};
 pub use residuals::{ResidualRow, fault_of_table};
 pub use resolved::{
     ResolvedInputs, ResolvedOffset, ResolvedTool, ResolvedWear, StatedBy, TablePlace, two_statements,
@@ -136,10 +138,8 @@ pub use wear_history::{
 };
 pub use wear_numbers::{Answers, Numbers};
 pub use wear_outlook::{EdgeBasis, OutlookBasis, PartsInterval, PartsOutlook, PartsOutlookKind, StageBasis};
-pub use wear_program::{
-    AssumptionDoc, LengthInControl, Milling, WearFindings, WearFrom, WearParameters, WearReport, WearSource,
-    WearTableDoc,
-};
+pub use wear_program::{LengthInControl, Milling, WearFrom, WearParameters, WearSource, WearTableDoc};
+pub use wear_report::{AssumptionDoc, WearFindings, WearReport};
 pub use wear_scallop::{ScallopAnswer, ScallopRequest, SurfaceKind};
 pub use wear_scallop_curves::ScallopAxis;
 pub use wear_tool::ToolDoc;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::compensation::check_max_feed;
+use super::cc_compensation::check_max_feed;
 use super::statements::program_parameters;
 use super::{
     CcParameters, Contact, Correction, Fault, FaultList, LengthInControl, Milling, Output, SingularRegions,

@@ -30,5 +30,5 @@ pub use from_surface::{PartSurface, SurfaceContact, contact_on_surface, nearest_
 pub use quick::{QuickLook, quick_look};
 pub use repair::{Correction, repaired_tip_mm};
 pub use sampling::{Sampled, sample_until_sure, within_tolerance};
-pub use segment::{Segment, SourceBlock, Station, rotary_rad};
+pub use segment::{Segment, SourceBlock, Station, rotary_rad, stated_point_mm};
 pub use subdivision::{Node, Resolution, divide, nodes, prove, segments};

@@ -40,6 +40,23 @@ pub fn rotary_rad(machine: &Machine, rotary_deg: [f64; 2]) -> [f64; 2] {
     [first.angle_rad(rotary_deg[0]), second.angle_rad(rotary_deg[1])]
 }
 
+/// The place in W \[mm\] of a point that linear words state beside these rotary words: the words themselves under
+/// tool-centre-point control, and where the machine carries them in machine interpolation.
+#[must_use]
+#[inline]
+pub fn stated_point_mm(
+    machine: &Machine,
+    kinematics: &Kinematics,
+    mode: Interpolation,
+    words_mm: [f64; 3],
+    rotary_deg: [f64; 2],
+) -> Vec3 {
+    match mode {
+        Interpolation::Tcp => Vec3::from(words_mm),
+        Interpolation::Machine => kinematics.tip_mm(Vec3::from(words_mm), rotary_rad(machine, rotary_deg)),
+    }
+}
+
 /// One linear block of a program with everything needed to judge it: the machine, the tool, the path of the
 /// contact over the tool, and the line it should follow in W.
 #[derive(Debug, Clone)]

@@ -12,8 +12,18 @@ use crate::store::{Claimed, StoreError};
 pub(super) const RETRY: Duration = Duration::from_secs(1);
 
 impl Shared {
+    /// Removes old jobs, then computes. One ends before the other begins, so that every start from the same files
+    /// writes in the same order.
+    pub(super) async fn begin_work(self: Arc<Self>) {
+        if self.limits.job_retention_s > 0.0 {
+            self.forget_now().await;
+            self.tasks.spawn(Arc::clone(&self).forget_old_jobs());
+        }
+        self.dispatch().await;
+    }
+
     /// Takes jobs from the queue until the service stops.
-    pub(super) async fn dispatch(self: Arc<Self>) {
+    async fn dispatch(self: Arc<Self>) {
         loop {
             let share = tokio::select! {
                 biased;

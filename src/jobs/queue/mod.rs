@@ -148,10 +148,7 @@ impl Queue {
             tracing::warn!(job_id = id, parked = recovered.parked.contains(id), "a job ended at the start");
             shared.on_finished(id).await;
         }
-        shared.tasks.spawn(Arc::clone(&shared).dispatch());
-        if limits.job_retention_s > 0.0 {
-            shared.tasks.spawn(Arc::clone(&shared).forget_old_jobs());
-        }
+        shared.tasks.spawn(Arc::clone(&shared).begin_work());
         Ok(Self(shared))
     }
 

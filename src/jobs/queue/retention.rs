@@ -14,16 +14,21 @@ const BETWEEN_LOOKS: Duration = Duration::from_hours(1);
 const NAMING_WAITS: Duration = Duration::from_secs(1);
 
 impl Shared {
-    /// Removes old jobs now and every hour, until the service stops.
+    /// Removes old jobs every hour, until the service stops.
     pub(super) async fn forget_old_jobs(self: Arc<Self>) {
         loop {
-            if let Err(fault) = self.forget_once().await {
-                tracing::error!(error = %fault, "old jobs cannot be removed");
-            }
             tokio::select! {
                 () = self.stopping.cancelled() => return,
                 () = tokio::time::sleep(BETWEEN_LOOKS) => {}
             }
+            self.forget_now().await;
+        }
+    }
+
+    /// Removes old jobs once.
+    pub(super) async fn forget_now(&self) {
+        if let Err(fault) = self.forget_once().await {
+            tracing::error!(error = %fault, "old jobs cannot be removed");
         }
     }
 

@@ -1,7 +1,7 @@
 //! Where the cutter touches at a program point: from the point's own words, the part's surface, or the feed.
 
 use super::parameters::CcParameters;
-use crate::contact::{ContactFault, Effort, Station, Touch, contact_on_surface, rotary_rad};
+use crate::contact::{ContactFault, Effort, Station, Touch, contact_on_surface, stated_point_mm};
 use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::{Machine, Tool};
@@ -44,13 +44,8 @@ impl ContactFinder<'_> {
         match (self.source, words) {
             (ContactSource::Tip, _) => Ok(Some(Touch::TIP)),
             (ContactSource::Program, ContactWords::Point(point)) => {
-                let contact_mm = match mode {
-                    Interpolation::Tcp => Vec3::from(point),
-                    Interpolation::Machine => {
-                        let rotary_rad = rotary_rad(self.machine, station.words.rotary_deg);
-                        kinematics.tip_mm(Vec3::from(point), rotary_rad)
-                    }
-                };
+                let rotary_deg = station.words.rotary_deg;
+                let contact_mm = stated_point_mm(self.machine, kinematics, mode, point, rotary_deg);
                 Touch::from_point(tool, pose, contact_mm).map(Some)
             }
             (ContactSource::Normals, ContactWords::Normal(normal)) => {

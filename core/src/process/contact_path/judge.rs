@@ -1,28 +1,24 @@
 //! Decides which motions are checked, where the cutter touches at their ends, and how far the contact deviates
 //! between them.
 
+mod assumed;
 mod travel;
 
-pub(in crate::process) use travel::may_roll_over;
-
-use super::contact_finder;
 use super::contact_finder::ContactFinder;
 use super::parameters::CcParameters;
 use crate::contact::{
-    Carry, CutterContact, Effort, QuickLook, Sampled, SourceBlock, Station, Touch, feed_direction,
-    quick_look, sample_until_sure,
+    Carry, CutterContact, Effort, QuickLook, Sampled, SourceBlock, Station, Touch, quick_look,
+    sample_until_sure,
 };
-use crate::geometry::{Vec3, across, angle_between};
+use crate::geometry::{Vec3, across};
 use crate::kinematics::ToolPose;
 use crate::machine::{Machine, Tool};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::process::fault::{LineFaultKind, LineFaults, WarningKind, Warnings};
-use crate::process::set_up::{ContactSource, SetUps, turns};
+use crate::process::set_up::{ContactSource, SetUps, may_roll_over};
 use crate::process::text::{MotionPoses, Passage};
 use crate::program::Dialect;
 
-/// The number of motions that are searched ahead for the direction in which a pass continues.
-const MAX_LOOKAHEAD: usize = 64;
 /// If a quick look leaves less than this share of the tolerance open, no closer look is needed.
 const NEGLIGIBLE: f64 = 0.02;
 /// Mean square of a parabola over its arc, as a share of its top squared.
@@ -285,82 +281,6 @@ impl<'a> Judge<'a> {
             return None;
         }
         Some(self.measure([start, end], contacts, pass_feed, &passage.poses[index], largest_after_mm))
-    }
-
-    /// The feed of a motion: the direction of its own tip, or of its pass if the tip does not show it.
-    fn feed(
-        &mut self,
-        start: &JudgedPoint,
-        end: &JudgedPoint,
-        passage: &Passage,
-        index: usize,
-        following: Option<&Motion>,
-    ) -> Option<Vec3> {
-        let tool = &self.tool;
-        if let Some(own) = feed_direction(tool, [&start.station.pose, &end.station.pose]) {
-            self.feed_before = Some(own);
-            return Some(own);
-        }
-        match (self.feed_before, self.feed_after(&end.station.pose, passage, index, following)) {
-            (Some(before), Some(after)) => {
-                let goes_on = angle_between(before, after) <= self.parameters.pass_break.rad();
-                if goes_on { (before + after).try_normalize(f64::EPSILON) } else { None }
-            }
-            (before, after) => before.or(after),
-        }
-    }
-
-    /// The feed of the next motion of the pass whose tip shows it.
-    fn feed_after(
-        &self,
-        from: &ToolPose,
-        Passage { motions, poses, .. }: &Passage,
-        index: usize,
-        following: Option<&Motion>,
-    ) -> Option<Vec3> {
-        let mut at = *from;
-        let mut last = motions.get(index)?;
-        for (step, next) in motions.iter().skip(index + 1).chain(following).enumerate() {
-            let goes_on = step < MAX_LOOKAHEAD
-                && self.looks_at(next)
-                && next.start == last.end
-                && self.mode(next) == self.mode(last)
-                && self.set_ups.is_entered(next);
-            let end = next.end.filter(|_| goes_on)?;
-            let pose = match poses.get(index + 1 + step) {
-                Some(poses) => poses.end,
-                None => Station::new(self.machine, &self.set_ups.now.kinematics, self.mode(next), end).pose,
-            };
-            if let Some(feed) = feed_direction(&self.tool, [&at, &pose]) {
-                return Some(feed);
-            }
-            (at, last) = (pose, next);
-        }
-        None
-    }
-
-    /// Assumes the contacts of a motion from its feed. If no rotary axis turns, nothing is assumed. If the feed
-    /// leaves the contact open, the tip is taken as the contact.
-    fn assume(
-        &mut self,
-        start: &mut JudgedPoint,
-        end: &mut JudgedPoint,
-        feed: Option<Vec3>,
-        motion: &Motion,
-    ) {
-        let assumed = if turns(motion) {
-            let found = contact_finder::assumed([&start.station, &end.station], feed);
-            if found.is_none() {
-                self.warnings.add(WarningKind::ContactOpen, Some(motion.line));
-            }
-            found
-        } else {
-            None
-        };
-        self.assumed += u64::from(assumed.is_some());
-        let [from, to] = assumed.unwrap_or([Touch::TIP; 2]);
-        self.put(start, Some(from));
-        self.put(end, Some(to));
     }
 
     /// Whether the touching side of a bull-nose or flat cutter turns too far within a block for a line to join the

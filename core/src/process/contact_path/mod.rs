@@ -22,6 +22,6 @@ pub use step::{compensate, compensate_side_by_side};
 pub(in crate::process) use contact_finder::ContactFinder;
 pub(in crate::process) use divided_block::{DividedBlock, LAST_BIT};
 pub(in crate::process) use division::{Division, PartFeeds, is_too_fast, part_feeds, resolution};
-pub(in crate::process) use judge::{Checked, may_roll_over};
+pub(in crate::process) use judge::Checked;
 pub(in crate::process) use step::PathStep;
 pub(in crate::process) use write_division::write_division;

@@ -4,12 +4,12 @@ use super::contact::{WornContact, by_normal, by_point};
 use super::pilot::{Pilot, RESTING_MM};
 use super::worn_tool::WornTool;
 use crate::contact::{
-    SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, rotary_rad,
+    SurfaceContact, Touch, contact_on_surface, feed_direction, feed_plane_normal, stated_point_mm,
 };
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::ToolPose;
 use crate::machine::Tool;
-use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind};
+use crate::motion::{AxisWords, ContactWords, Motion, MotionKind};
 use crate::process::fault::WarningKind;
 use crate::process::set_up::{ContactSource, turns};
 use crate::wear::{FlatContact, ShiftFault};
@@ -25,13 +25,8 @@ impl Pilot<'_> {
     ) -> Result<Option<WornContact>, ShiftFault> {
         match (self.contact, motion.contact) {
             (ContactSource::Program, ContactWords::Point(words)) => {
-                let contact_mm = match self.points.mode(motion) {
-                    Interpolation::Tcp => Vec3::from(words),
-                    Interpolation::Machine => {
-                        let rotary_rad = rotary_rad(self.machine, end.rotary_deg);
-                        self.points.source.now.kinematics.tip_mm(Vec3::from(words), rotary_rad)
-                    }
-                };
+                let (mode, kinematics) = (self.points.mode(motion), &self.points.source.now.kinematics);
+                let contact_mm = stated_point_mm(self.machine, kinematics, mode, words, end.rotary_deg);
                 by_point(worn, pose, contact_mm).map(Some)
             }
             (ContactSource::Normals, ContactWords::Normal(normal)) => {

@@ -6,23 +6,13 @@ use super::drive::{Look, Note, Upstream};
 use super::motion_change::MotionChange;
 use super::read_back::failed;
 use super::record;
-use crate::machine::Machine;
+use super::resources::Resources;
 use crate::motion::Interpolation;
 use crate::process::fault::Fault;
-use crate::process::set_up::Stop;
 use crate::process::text::{
     LineCursor, LineMap, Place, ProgramReading, ProgramSource, StepStore, StoredText,
 };
 use crate::program::{Dialect, Steps};
-use crate::side_by_side::SideBySide;
-
-/// The resources that all steps share.
-#[derive(Clone, Copy)]
-pub(in crate::process) struct Resources<'a> {
-    pub(in crate::process) machine: &'a Machine,
-    pub(in crate::process) parts: &'a dyn SideBySide,
-    pub(in crate::process) stop: &'a Stop<'a>,
-}
 
 /// A step of a chain. It keeps its own report.
 pub(in crate::process) trait Step {

@@ -10,6 +10,7 @@ mod motion_change;
 mod outgoing;
 mod read_back;
 pub(in crate::process) mod record;
+mod resources;
 mod rewriter;
 mod series;
 mod surveyed;
@@ -18,7 +19,7 @@ pub use deviation::DeviationSummary;
 pub use motion_change::{ErrorShares, MotionChange, MotionError};
 pub use series::{Bucket, Buckets, Series, SeriesPoint};
 
-pub(in crate::process) use chain::{Resources, Step, StepDone, reported, run_chain, to_upload};
+pub(in crate::process) use chain::{Step, StepDone, reported, run_chain, to_upload};
 pub(in crate::process) use deviation::DeviationTotals;
 pub(in crate::process) use drive::{Hands, Look, Note, Prepare, StepCheck, StepRun, StepWork, Upstream};
 pub(in crate::process) use emit::{
@@ -27,5 +28,6 @@ pub(in crate::process) use emit::{
 pub(in crate::process) use kept_motion::{KeptMotion, SAME_READ_BACK, same_words};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{BeforeAfter, Expected, MachineWord, ReadBack, TIME_ROUNDING, failed};
+pub(in crate::process) use resources::Resources;
 pub(in crate::process) use rewriter::{Placed, Rewriter};
 pub(in crate::process) use surveyed::{Asked, Surveyed};

@@ -1,6 +1,6 @@
 //! What a step asks of a program, and what it knows of it before it follows it.
 
-use super::chain::Resources;
+use super::resources::Resources;
 use crate::process::fault::Fault;
 use crate::process::set_up::{ContactSource, ProgramSetup};
 use crate::process::text::{ProgramSource, Survey};

@@ -22,4 +22,4 @@ pub(in crate::process) use tool_calls::ToolCalls;
 pub(in crate::process) use tool_vectors::ToolVectors;
 pub(in crate::process) use tooling::{Need, ToolUsed, Tooling};
 pub(in crate::process) use tools_at_work::ToolsAtWork;
-pub(in crate::process) use travel::{TravelCheck, Travels};
+pub(in crate::process) use travel::{TravelCheck, Travels, may_roll_over};

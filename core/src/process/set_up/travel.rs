@@ -1,12 +1,14 @@
-//! Whether the axes keep within their travels at the words of a program.
+//! Whether the axes keep within their travels at the words of a program, and whether the words tell in which
+//! direction an axis turns.
 
 use super::set_ups::SetUp;
 use crate::contact::rotary_rad;
 use crate::geometry::Vec3;
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
-use crate::motion::{AxisWords, Interpolation};
+use crate::motion::{AxisWords, Interpolation, Motion};
 use crate::process::fault::LineFaultKind;
+use crate::program::Dialect;
 
 /// A machine and its set-up, for the travels of its axes.
 #[derive(Debug, Clone, Copy)]
@@ -63,4 +65,21 @@ impl TravelCheck<'_> {
         }
         Travels::Checked
     }
+}
+
+/// The turn that is equally long both ways \[deg\].
+const HALF_TURN_DEG: f64 = 180.0;
+
+/// Errors in differences of words are smaller than this \[deg\].
+const SAME_DEG: f64 = 1e-9;
+
+/// Whether the direction of a rotary axis is unknown. This holds if an axis without travel limits turns by half a
+/// turn or more. Some controls of ISO programs let such an axis roll over and take the shorter way.
+pub(in crate::process) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
+    let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
+    dialect.rules().may_roll_over
+        && !motion.incremental
+        && machine.rotary_axes().iter().zip(start.rotary_deg.iter().zip(&end.rotary_deg)).any(
+            |(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() >= HALF_TURN_DEG - SAME_DEG,
+        )
 }

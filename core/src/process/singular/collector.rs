@@ -9,9 +9,8 @@ use crate::contact::{Station, rotary_rad};
 use crate::kinematics::SingularZone;
 use crate::machine::Tool;
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, rotary_addresses};
-use crate::process::contact_path::may_roll_over;
 use crate::process::fault::LineFaults;
-use crate::process::set_up::SetUps;
+use crate::process::set_up::{SetUps, may_roll_over};
 use crate::program::{Address, Batch, Dialect, WordForm};
 
 /// Rotary words that differ by less are the same \[deg\].

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::pending::Pending;
-use crate::contact::{Carry, CutterContact, Effort, SourceBlock, Station, rotary_rad};
+use crate::contact::{Carry, CutterContact, Effort, SourceBlock, Station, stated_point_mm};
 use crate::geometry::{Vec3, across};
 use crate::kinematics::{Kinematics, ToolPose};
 use crate::machine::{Machine, Tool};
@@ -72,13 +72,7 @@ impl<'a> Cutting<'a> {
         station: &Station,
         mode: Interpolation,
     ) -> Vec3 {
-        match mode {
-            Interpolation::Tcp => Vec3::from(words_mm),
-            Interpolation::Machine => {
-                let rotary_rad = rotary_rad(self.machine, station.words.rotary_deg);
-                self.kinematics.tip_mm(Vec3::from(words_mm), rotary_rad)
-            }
-        }
+        stated_point_mm(self.machine, &self.kinematics, mode, words_mm, station.words.rotary_deg)
     }
 
     /// The block between two stations. The tip replaces the contact if a contact is not known at both ends, or if it

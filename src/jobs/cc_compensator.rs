@@ -10,10 +10,8 @@ use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
 use crate::process::{self, ProgramSetup, SingularityParameters, SingularityReport, Stop};
 use crate::program::Steps;
 use crate::side_by_side::SideBySide;
-use crate::units::{Angle, Length, UM_PER_MM};
-use crate::wire::{
-    CcFindings, CcParameters, CcReport, Contact, Correction, DeviationSeries, DeviationSummary, Output,
-};
+use crate::units::{Angle, Length};
+use crate::wire::{CcFindings, CcParameters, CcReport, Contact, Correction, Output};
 
 /// Compensates programs with the core.
 #[derive(Debug, Clone, Copy, Default)]
@@ -101,7 +99,7 @@ pub(super) fn findings(report: &process::CcReport) -> CcFindings {
     CcFindings {
         dialect: report.dialect.into(),
         interpolation: report.interpolation.into(),
-        contact: contact(report.contact),
+        contact: report.contact.into(),
         blocks_in: report.blocks_in,
         blocks_out: report.blocks_out,
         blocks_inserted: report.blocks_out.saturating_sub(report.blocks_in),
@@ -109,42 +107,11 @@ pub(super) fn findings(report: &process::CcReport) -> CcFindings {
         motions_checked: report.motions_checked,
         motions_over_tolerance: report.motions_over_tolerance,
         motions_left_over: report.motions_left_over,
-        before: summary(&report.before),
-        after: summary(&report.after),
+        before: (&report.before).into(),
+        after: (&report.after).into(),
         cc_path_length_mm: report.cc_path_length_mm,
         singularity: None,
-        series: series(&report.series),
+        series: (&report.series).into(),
         warnings: report.warnings.iter().map(Into::into).collect(),
-    }
-}
-
-pub(super) fn contact(contact: process::ContactSource) -> Contact {
-    match contact {
-        process::ContactSource::Auto => Contact::Auto,
-        process::ContactSource::Program => Contact::Program,
-        process::ContactSource::Normals => Contact::Normals,
-        process::ContactSource::FeedPlane => Contact::FeedPlane,
-        process::ContactSource::Surface => Contact::Surface,
-        process::ContactSource::Tip => Contact::Tip,
-    }
-}
-
-pub(super) fn series(series: &process::Series) -> DeviationSeries {
-    let points = series.points();
-    DeviationSeries {
-        path_mm: points.iter().map(|point| point.path_mm).collect(),
-        line: points.iter().map(|point| point.line).collect(),
-        before_um: points.iter().map(|point| point.before_mm * UM_PER_MM).collect(),
-        after_um: points.iter().map(|point| point.after_mm * UM_PER_MM).collect(),
-    }
-}
-
-pub(super) fn summary(summary: &process::DeviationSummary) -> DeviationSummary {
-    DeviationSummary {
-        max_um: summary.max_mm * UM_PER_MM,
-        rms_um: summary.rms_mm * UM_PER_MM,
-        max_excess_um: summary.max_excess_mm * UM_PER_MM,
-        max_gouge_um: summary.max_gouge_mm * UM_PER_MM,
-        worst_line: summary.worst_line,
     }
 }

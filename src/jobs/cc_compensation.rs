@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::cutter_contact::core_parameters;
+use super::cc_compensator::core_parameters;
 use super::part_surface::part_surface;
 use super::stamping::Leaving;
 use super::step_files::StepFiles;

@@ -4,51 +4,14 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::statements::program_parameters;
-use super::{Fault, FaultList, ResolvedInputs, StampForm, SurfaceReading};
-use super::{SingularRegions, SingularityAction, SingularityFindings};
+use super::{
+    Contact, DeviationSeries, DeviationSummary, Dialect, Fault, FaultList, Interpolation, Provenance,
+    ResolvedInputs, SingularRegions, SingularityAction, SingularityFindings, StampForm, SurfaceReading,
+    Warning,
+};
 use crate::machine::{Tool, ToolFault};
+use crate::process;
 use crate::units::Length;
-use crate::{motion, process, program};
-
-/// Where the cutter contact comes from.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Contact {
-    /// The first available of program, normals and surface; else the tip.
-    #[default]
-    Auto,
-    /// U V W words of the program.
-    Program,
-    /// Contact normals nx ny nz.
-    Normals,
-    /// The surface of the part.
-    Surface,
-    /// Assumed from the feed direction, where rotary axes turn.
-    FeedPlane,
-    /// The tool tip itself.
-    Tip,
-}
-
-/// What the control interpolates linearly.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Interpolation {
-    /// The axis words.
-    Machine,
-    /// The tool tip in the workpiece, with tool centre point control on.
-    Tcp,
-}
-
-impl Interpolation {
-    /// The value in the core's terms.
-    #[must_use]
-    pub const fn to_core(self) -> motion::Interpolation {
-        match self {
-            Self::Machine => motion::Interpolation::Machine,
-            Self::Tcp => motion::Interpolation::Tcp,
-        }
-    }
-}
 
 /// How a deviating block is corrected.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
@@ -74,65 +37,6 @@ pub enum Output {
     Minimal,
     /// One block at every interpolation period of a block over tolerance; needs a feed.
     Interpolated,
-}
-
-/// Dialect of the program text.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Dialect {
-    /// The service finds it from the text.
-    #[default]
-    Auto,
-    /// ISO G-code.
-    Iso,
-    /// Siemens.
-    Siemens,
-    /// Heidenhain.
-    Heidenhain,
-    /// APT CL data.
-    Apt,
-    /// Columns separated by commas.
-    Csv,
-    /// Okuma OSP for machining centres.
-    Okuma,
-}
-
-impl From<motion::Interpolation> for Interpolation {
-    fn from(core: motion::Interpolation) -> Self {
-        match core {
-            motion::Interpolation::Machine => Self::Machine,
-            motion::Interpolation::Tcp => Self::Tcp,
-        }
-    }
-}
-
-impl From<program::Dialect> for Dialect {
-    fn from(core: program::Dialect) -> Self {
-        match core {
-            program::Dialect::Iso => Self::Iso,
-            program::Dialect::Siemens => Self::Siemens,
-            program::Dialect::Heidenhain => Self::Heidenhain,
-            program::Dialect::Apt => Self::Apt,
-            program::Dialect::Csv => Self::Csv,
-            program::Dialect::Okuma => Self::Okuma,
-        }
-    }
-}
-
-impl Dialect {
-    /// The dialect in the core's terms; `None` if it is to be found from the text.
-    #[must_use]
-    pub fn to_core(self) -> Option<program::Dialect> {
-        match self {
-            Self::Auto => None,
-            Self::Iso => Some(program::Dialect::Iso),
-            Self::Siemens => Some(program::Dialect::Siemens),
-            Self::Heidenhain => Some(program::Dialect::Heidenhain),
-            Self::Apt => Some(program::Dialect::Apt),
-            Self::Csv => Some(program::Dialect::Csv),
-            Self::Okuma => Some(program::Dialect::Okuma),
-        }
-    }
 }
 
 program_parameters! {
@@ -315,137 +219,6 @@ pub(super) fn check_max_feed(max_feed_mm_per_min: Option<f64>, faults: &mut Faul
     if let Some(feed) = max_feed_mm_per_min {
         let max = CcParameters::MAX_FEED_MM_PER_MIN;
         faults.check_range(|| "/max_feed_mm_per_min".to_owned(), feed, 1e-6, max);
-    }
-}
-
-/// Deviation of the CC path over all checked motions.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct DeviationSummary {
-    /// Largest distance from the line.
-    pub max_um: f64,
-    /// Root of the mean square along the path.
-    pub rms_um: f64,
-    /// Largest distance on the side of too much material.
-    pub max_excess_um: f64,
-    /// Largest distance on the side of too little material (gouge).
-    pub max_gouge_um: f64,
-    /// Line of the upload with the largest distance; null if no motion was checked.
-    pub worst_line: Option<u64>,
-}
-
-/// Deviation along the path, down-sampled; all arrays have the same length.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct DeviationSeries {
-    /// Path length up to the sample.
-    pub path_mm: Vec<f64>,
-    /// Line of the upload.
-    pub line: Vec<u64>,
-    /// Distance before.
-    pub before_um: Vec<f64>,
-    /// Distance after, from the text that was written.
-    pub after_um: Vec<f64>,
-}
-
-/// Something that the caller should know.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Warning {
-    /// A stable word for the kind of warning.
-    #[schema(example = "contact_off_tool")]
-    pub kind: String,
-    /// The warning in words.
-    pub detail: String,
-    /// Number of motions or points that it concerns.
-    pub count: u64,
-    /// First line of the upload that it concerns, 1-based.
-    pub line: Option<u64>,
-    /// Line with the largest distance, if the warning has a distance.
-    pub worst_line: Option<u64>,
-    /// Largest distance, if the warning has one.
-    pub max_distance_um: Option<f64>,
-    /// Shortest time, if the warning has one.
-    #[serde(default)]
-    pub min_time_ms: Option<f64>,
-}
-
-impl Warning {
-    /// A warning about the whole program.
-    #[must_use]
-    pub fn plain(kind: &str, detail: &str) -> Self {
-        Self {
-            kind: kind.to_owned(),
-            detail: detail.to_owned(),
-            count: 1,
-            line: None,
-            worst_line: None,
-            max_distance_um: None,
-            min_time_ms: None,
-        }
-    }
-}
-
-impl From<&process::Warning> for Warning {
-    fn from(core: &process::Warning) -> Self {
-        let text = core.kind.text();
-        Self {
-            kind: core.kind.name().to_owned(),
-            detail: core.reason.map_or_else(|| text.to_owned(), |reason| format!("{text}: {reason}")),
-            count: core.count,
-            line: core.line,
-            worst_line: core.worst_line,
-            max_distance_um: core.max_distance_mm.map(|distance_mm| Length::from_mm(distance_mm).um()),
-            min_time_ms: core.min_time_s.map(|time_s| time_s * MS_PER_S),
-        }
-    }
-}
-
-/// Milliseconds in a second.
-const MS_PER_S: f64 = 1000.0;
-
-/// The data that a result was computed from.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct Provenance {
-    /// Revision of the machine that was used.
-    pub machine_revision: i64,
-    /// Version of the service.
-    pub software_version: String,
-    /// SHA-256 of the upload.
-    pub input_sha256: String,
-    /// SHA-256 of the answer.
-    pub output_sha256: String,
-    /// The steps that changed the program; null if an older version of the service did not record them.
-    #[serde(default)]
-    #[schema(example = json!(["cc"]))]
-    pub steps: Option<Vec<StepName>>,
-}
-
-/// A step of a compensation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum StepName {
-    /// Ends of motions were moved for a worn cutter.
-    Wear,
-    /// Ends of motions were moved for the location errors of the machine.
-    LocationErrors,
-    /// The cutter-contact path between the ends was corrected.
-    Cc,
-    /// Singular regions were treated.
-    Singularity,
-}
-
-impl StepName {
-    /// The names of steps.
-    #[must_use]
-    pub fn all_of(steps: program::Steps) -> Vec<Self> {
-        steps.iter().map(Self::of).collect()
-    }
-
-    const fn of(step: program::StepName) -> Self {
-        match step {
-            program::StepName::Wear => Self::Wear,
-            program::StepName::LocationErrors => Self::LocationErrors,
-            program::StepName::Cc => Self::Cc,
-            program::StepName::Singularity => Self::Singularity,
-        }
     }
 }
 
