@@ -244,7 +244,7 @@ pub struct CcFindings {
     pub motions_checked: u64,
     /// Number of checked motions that exceeded the tolerance.
     pub motions_over_tolerance: u64,
-    /// Number of motions that still exceed the tolerance; a warning gives the reason.
+    /// Number of motions over the tolerance that were not divided; a warning gives the reason.
     #[serde(default)]
     pub motions_left_over: u64,
     /// Deviation of the upload.

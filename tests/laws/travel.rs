@@ -43,7 +43,7 @@ fn not_checked(warnings: &[Warning]) -> u64 {
 }
 
 #[test]
-fn a_travel_that_depends_on_an_unknown_offset_is_told_to_be_unchecked() {
+fn a_travel_that_depends_on_an_unknown_offset_gives_a_warning() {
     let (source, go_on) = (TCP.as_bytes().to_vec(), || ControlFlow::Continue(()));
     let machine = with_travel_elsewhere(&ac_machine());
     let parameters = CcParameters::new(tool(5.0, 5.0), without_offset());

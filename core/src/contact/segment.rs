@@ -40,8 +40,8 @@ pub fn rotary_rad(machine: &Machine, rotary_deg: [f64; 2]) -> [f64; 2] {
     [first.angle_rad(rotary_deg[0]), second.angle_rad(rotary_deg[1])]
 }
 
-/// The place in W \[mm\] of a point that linear words state beside these rotary words: the words themselves under
-/// tool-centre-point control, and where the machine carries them in machine interpolation.
+/// The point in W \[mm\] that three linear words give together with these rotary words. Under tool-centre-point control
+/// it is the words themselves. In machine interpolation the kinematics give it.
 #[must_use]
 #[inline]
 pub fn stated_point_mm(

@@ -12,8 +12,8 @@ use crate::store::{Claimed, StoreError};
 pub(super) const RETRY: Duration = Duration::from_secs(1);
 
 impl Shared {
-    /// Removes old jobs, then computes. One ends before the other begins, so that every start from the same files
-    /// writes in the same order.
+    /// Removes old jobs once, and then begins to compute. The first removal ends before the first job begins, so that
+    /// two starts from the same files write in the same order.
     pub(super) async fn begin_work(self: Arc<Self>) {
         if self.limits.job_retention_s > 0.0 {
             self.forget_now().await;

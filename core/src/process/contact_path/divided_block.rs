@@ -35,7 +35,7 @@ impl DividedBlock<'_> {
         stated: Option<Interpolation>,
     ) -> Result<Segment, Fault> {
         let (line, block, nodes) = (self.source.line, &self.checked.block, &self.division.nodes);
-        let node = nodes.get(index).ok_or(failed(line, "there is a part too many"))?;
+        let node = nodes.get(index).ok_or(failed(line, "the block has one part more than planned"))?;
         let (Some(start), Some(end)) = (read.start, read.end) else {
             return Err(failed(line, "a part of a divided block has no known end"));
         };

@@ -112,7 +112,7 @@ fn moves<'p>(parameters: &CompensationParameters, moving: &'p WearParameters, ha
 /// The finished steps.
 struct Done {
     reports: StepReports,
-    /// What each step tells, in their order.
+    /// The results of the steps, in their order.
     told: Vec<StepDone>,
     has_errors: bool,
 }

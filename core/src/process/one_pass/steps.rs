@@ -10,7 +10,7 @@ use crate::process::singular::{RegionSearch, SingularStep, SingularityReport};
 use crate::process::text::{ProgramSource, StepStore};
 
 /// The steps that a program goes through. Singular regions are treated first. Then the ends of motions are moved, for
-/// wear and for location errors. The course between the ends is repaired last.
+/// wear and for location errors. The contact path between the ends is repaired last.
 pub(super) struct StepList<'p> {
     /// Lists singular regions during the reading of the first step.
     pub(super) search: Option<RegionSearch<'p>>,
@@ -27,7 +27,7 @@ pub(super) struct StepReports {
 }
 
 impl StepList<'_> {
-    /// Takes a program through the steps. Returns what each step tells, in their order.
+    /// Takes a program through the steps. Returns the results of the steps, in their order.
     ///
     /// # Errors
     /// As for [`run_chain`].

@@ -34,14 +34,14 @@ pub(in crate::process) trait Step {
     fn notes_motions(&self) -> bool;
 }
 
-/// What every step tells of a program that has gone through it.
+/// The result that every step returns.
 #[derive(Debug)]
 pub(in crate::process) struct StepDone {
     /// The lines that the step inserted.
     pub(in crate::process) lines: LineMap,
     /// The dialect read and written.
     pub(in crate::process) dialect: Dialect,
-    /// The interpolation mode of the motions at feed; `None` from a step that does not tell.
+    /// The interpolation mode of the motions at feed; `None` if the step does not know it.
     pub(in crate::process) interpolation: Option<Interpolation>,
     /// The steps that changed something.
     pub(in crate::process) steps: Steps,
@@ -62,8 +62,8 @@ pub(in crate::process) fn reported<R>(report: Option<R>) -> Result<R, Fault> {
 }
 
 /// Takes a program through these steps to `output`. Between two steps it is stored in `store`. `look` watches the
-/// first reading. `note` gets every motion with the changes of all steps that note motions. Returns what each step
-/// tells, in their order.
+/// first reading. `note` gets every motion with the changes of all steps that note motions. Returns the
+/// results of the steps, in their order.
 ///
 /// # Errors
 /// Why a step refuses the program; `output` then holds text that must not be run.

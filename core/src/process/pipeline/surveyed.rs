@@ -1,4 +1,4 @@
-//! What a step asks of a program, and what it knows of it before it follows it.
+//! The demands of a step on a program, and the facts that the step has before it reads the motions.
 
 use super::resources::Resources;
 use crate::process::fault::Fault;
@@ -32,8 +32,7 @@ impl<'s> Surveyed<'s> {
     /// Surveys a program for a step.
     ///
     /// # Errors
-    /// A step was done to it before, it lacks the contacts asked for, it cannot be read, or the caller no longer
-    /// waits.
+    /// The program already had this step, has no such contacts, or cannot be read; or the caller no longer waits.
     pub(in crate::process) fn of(
         source: &'s dyn ProgramSource,
         asked: &Asked<'_>,

@@ -97,7 +97,7 @@ impl<'a> Planner<'a> {
         let Cutting { machine, kinematics, is_stated, .. } = &self.cutting;
         let mut is_outside = false;
         let check = TravelCheck { machine, kinematics, is_stated: *is_stated };
-        // The step of the contact path warns of travels that cannot be checked.
+        // The step after this one (move ends or contact path) warns of travels that cannot be checked.
         let (Travels::Checked | Travels::NotChecked) = check.see(mode, words, |_| is_outside = true);
         is_outside
     }

@@ -14,7 +14,7 @@ use crate::process::text::Passage;
 const MAX_LOOKAHEAD: usize = 64;
 
 impl Judge<'_> {
-    /// The feed of a motion: the direction of its own tip, or of its pass if the tip does not show it.
+    /// The feed direction of a motion: the direction of its tip, or of its pass if the tip does not show it.
     pub(super) fn feed(
         &mut self,
         start: &JudgedPoint,
