@@ -328,6 +328,8 @@ impl World {
         };
         let compensator = Arc::new(Capitals(Arc::clone(&gate)));
         let app = AppState::open(settings, sources, compensator).await?;
+        // What is removed at the start is not beside what is asked later.
+        app.queue.begun().await;
         Ok(Self { app, router: OnceLock::new(), wall, ids, gate, turns })
     }
 

@@ -1,4 +1,5 @@
-//! Joins program, contact and machine: each step reads a whole program, writes a whole program and reports on it.
+//! Joins program, contact and machine. Steps read a whole program, write a whole program and report on it; the other rooms
+//! answer one question about a program.
 
 mod arc_path;
 mod contact_path;

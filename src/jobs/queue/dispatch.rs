@@ -19,6 +19,7 @@ impl Shared {
             self.forget_now().await;
             self.tasks.spawn(Arc::clone(&self).forget_old_jobs());
         }
+        self.begun.cancel();
         self.dispatch().await;
     }
 

@@ -93,6 +93,8 @@ struct Shared {
     more: Notify,
     /// Notified when a webhook is due.
     told: Notify,
+    /// Cancelled when the removal of old jobs at the start has ended.
+    begun: CancellationToken,
     /// Cancelled when no new job may begin.
     stopping: CancellationToken,
     /// Cancelled when the database is about to close.
@@ -137,6 +139,7 @@ impl Queue {
             changes: broadcast::Sender::new(CHANGES_KEPT),
             more: Notify::new(),
             told: Notify::new(),
+            begun: CancellationToken::new(),
             stopping: CancellationToken::new(),
             halted: CancellationToken::new(),
             tasks: TaskTracker::new(),
@@ -150,6 +153,11 @@ impl Queue {
         }
         shared.tasks.spawn(Arc::clone(&shared).begin_work());
         Ok(Self(shared))
+    }
+
+    /// Waits until the removal of old jobs at the start has ended. Jobs are computed from then on.
+    pub async fn begun(&self) {
+        self.0.begun.cancelled().await;
     }
 
     /// The present number of waiting and running jobs.

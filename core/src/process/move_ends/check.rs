@@ -14,8 +14,8 @@ use crate::motion::{Motion, MotionKind};
 
 use crate::process::fault::Fault;
 use crate::process::pipeline::{
-    BeforeAfter, DeviationTotals, ErrorShares, Expected, KeptMotion, MotionChange, MotionError, ReadBack,
-    StepCheck, failed,
+    ARITHMETIC_MM, BeforeAfter, DeviationTotals, ErrorShares, Expected, KeptMotion, LINEAR_ROUNDING,
+    MotionChange, MotionError, ReadBack, StepCheck, failed,
 };
 use crate::process::set_up::{SetUps, Stop};
 use crate::process::text::Stretch;
@@ -25,12 +25,8 @@ use crate::units::Angle;
 /// The caller is asked once in this many motions whether to continue, because each may search for a contact on a
 /// surface.
 pub(super) const ASK_EVERY: usize = 32;
-/// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
-const ROUNDING: f64 = 1.732_050_808 * 1.1;
 /// Half a unit of the last decimal on two rotary axes.
 const TURNED: f64 = std::f64::consts::SQRT_2 * 1.1;
-/// Error of arithmetic with inches and increments \[mm\].
-const ARITHMETIC_MM: f64 = 1e-7;
 
 /// The expected next motion of the written program.
 #[derive(Debug)]
@@ -184,7 +180,7 @@ impl ComparedEnds<'_> {
             None => pose.tip_mm - point.pose.tip_mm,
         };
         let [linear, turned] = next.resolutions;
-        let limit_mm = ROUNDING * linear.half() + ARITHMETIC_MM;
+        let limit_mm = LINEAR_ROUNDING * linear.half() + ARITHMETIC_MM;
         if off_mm.norm().is_nan() || off_mm.norm() > limit_mm {
             return Err(failed(line, "the worn cutter's contact is not where it was planned"));
         }

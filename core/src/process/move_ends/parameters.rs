@@ -1,4 +1,4 @@
-//! The parameters of a wear compensation.
+//! The parameters of moved ends. Without wear, those of the cutter are not used.
 
 use crate::contact::PartSurface;
 use crate::machine::{Machine, Side, Tool};

@@ -307,16 +307,8 @@ impl<'a> EndsWork<'a> {
                 Some(Ok(lowered)) => lowered,
                 None => None,
             };
-        let feed = self.feed_word(motion, lowered);
-        let only_feed = words.is_empty();
-        words.extend(feed);
-        if !words.is_empty() {
-            self.rewriter.change(passage, motion, &words, out)?;
-            self.blocks_changed += 1;
-            if only_feed && lowered.is_none() {
-                self.rewriter.count_restored();
-            }
-        }
+        let is_written = self.rewriter.rewrite(passage, motion, &mut words, lowered, out)?;
+        self.blocks_changed += u64::from(is_written);
         self.words = words;
         self.feeds_lowered += u64::from(lowered.is_some());
         self.count(motion, point.as_ref());
@@ -331,20 +323,6 @@ impl<'a> EndsWork<'a> {
         }
         self.foresee(motion, [start, Some(end)], contact, lowered, point, out);
         Ok(Ok(()))
-    }
-
-    /// The F word that the block needs: a lower one, or the source's if the written program has another in force.
-    fn feed_word(&mut self, motion: &Motion, lowered: Option<NewWord>) -> Option<NewWord> {
-        if motion.kind == MotionKind::Rapid {
-            return None;
-        }
-        if lowered.is_none() {
-            return self.rewriter.take_owed(&motion.feed);
-        }
-        // It is written even if it should already be in force, because an F may have been inserted between the
-        // blocks.
-        self.rewriter.owe(&motion.feed);
-        lowered
     }
 
     /// Plans U V W if the words of every point mean another place.

@@ -22,8 +22,8 @@ use crate::process::text::{CHUNK_BYTES, LineCursor, Place, ProgramSource, StepSt
 use crate::program::Steps;
 use crate::side_by_side::SideBySide;
 
-/// Compensates a program with all steps its parameters name. It reads the upload once, and once the text of each
-/// step, which is stored in `store`.
+/// Compensates a program with all steps its parameters name. Each step surveys its text and then reads
+/// it: the upload, or what the step before stored in `store`.
 ///
 /// The ends of motions move first, for wear and location errors together and with one rounding. The rotary words of
 /// the calibrated machine are taken next to the source's. X Y Z then put the worn cutter's contact (the tip if no

@@ -87,7 +87,9 @@ pub(in crate::process) fn run_chain(
         let mut earlier = noted.map(|place| store.open(place).map(BufReader::new)).transpose()?;
         let told = if index + 1 == count {
             let note = &mut |change: &MotionChange| note(&joined(earlier.as_mut(), change)?);
-            step.run(upstream, look, output, note, with)?
+            let told = step.run(upstream, look, output, note, with)?;
+            is_used_up(earlier.as_mut().filter(|_| step.notes_motions()))?;
+            told
         } else {
             // A step never writes to the place from which it reads.
             let text_in = match &resting {
@@ -106,6 +108,7 @@ pub(in crate::process) fn run_chain(
                 None => Ok(()),
             };
             let told = step.run(upstream, look, &mut text, note, with)?;
+            is_used_up(earlier.as_mut().filter(|_| notes_in.is_some()))?;
             text.flush()?;
             if let Some(notes) = &mut notes {
                 notes.flush()?;
@@ -131,4 +134,12 @@ fn joined(earlier: Option<&mut impl Read>, change: &MotionChange) -> Result<Moti
     let before = record::take(earlier)?.filter(|before| before.line == change.line);
     let what = "a motion does not match its record of the steps before";
     before.map(|before| before.and(change)).ok_or_else(|| failed(change.line, what))
+}
+
+/// Checks that every motion of the earlier steps was joined.
+fn is_used_up(earlier: Option<&mut impl Read>) -> Result<(), Fault> {
+    match earlier.map(|earlier| record::take(earlier)).transpose()?.flatten() {
+        Some(left) => Err(failed(left.line, "a motion of an earlier step is missing")),
+        None => Ok(()),
+    }
 }

@@ -1,4 +1,4 @@
-//! Writes the compensated program: unchanged blocks byte for byte, divided blocks in their own style.
+//! The style of blocks that are written again: block numbers and feeds, with the F words that the written program owes.
 
 use super::feed_at_risk::feed_at_risk;
 use crate::motion::{AxisWords, Feed, FeedForm, FeedMode, FeedRules, Motion, Unfollowable};

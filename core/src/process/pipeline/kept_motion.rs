@@ -9,6 +9,10 @@ use crate::process::fault::Fault;
 /// Words that are read back may differ by this from the planned ones, because inches and increments pass through
 /// binary fractions \[mm or deg\].
 pub(in crate::process) const SAME_READ_BACK: f64 = 1e-7;
+/// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
+pub(in crate::process) const LINEAR_ROUNDING: f64 = 1.732_050_808 * 1.1;
+/// Error of arithmetic with inches and increments \[mm\].
+pub(in crate::process) const ARITHMETIC_MM: f64 = 1e-7;
 
 /// The properties of a motion that must not change in a block that is left unchanged.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -25,7 +25,9 @@ pub(in crate::process) use drive::{Hands, Look, Note, Prepare, StepCheck, StepRu
 pub(in crate::process) use emit::{
     Emitter, MIN_FEED, SAME_WORD, differs, exact_decimals, form, in_units, rounded_feed,
 };
-pub(in crate::process) use kept_motion::{KeptMotion, SAME_READ_BACK, same_words};
+pub(in crate::process) use kept_motion::{
+    ARITHMETIC_MM, KeptMotion, LINEAR_ROUNDING, SAME_READ_BACK, same_words,
+};
 pub(in crate::process) use outgoing::{Copied, Outgoing};
 pub(in crate::process) use read_back::{BeforeAfter, Expected, MachineWord, ReadBack, TIME_ROUNDING, failed};
 pub(in crate::process) use resources::Resources;

@@ -3,7 +3,7 @@
 
 use super::emit::Emitter;
 use super::outgoing::Outgoing;
-use crate::motion::{Feed, Motion};
+use crate::motion::{Motion, MotionKind};
 use crate::process::fault::Fault;
 use crate::process::text::{Inventory, LineMap, Numbering, Passage, line_ends};
 use crate::program::{Batch, NewWord, WriteFault, print_changed};
@@ -70,8 +70,36 @@ impl Rewriter {
         Ok(is_changed)
     }
 
-    /// Writes the block of a motion with these words changed or added.
-    pub(in crate::process) fn change<E>(
+    /// Writes the block of a motion with these words changed or added, and with its feed: `feed`, or the source's if the
+    /// written program has another one in force. A block that needs none of them is left unchanged. Returns whether it
+    /// was written.
+    pub(in crate::process) fn rewrite<E>(
+        &mut self,
+        passage: Placed<'_>,
+        motion: &Motion,
+        words: &mut Vec<NewWord>,
+        feed: Option<NewWord>,
+        out: &mut Outgoing<E>,
+    ) -> Result<bool, Fault> {
+        if let Some(feed) = feed {
+            // It is written even if it should already be in force, because an F may have been inserted between the
+            // blocks.
+            self.emitter.owe(&motion.feed);
+            words.push(feed);
+        } else if motion.kind != MotionKind::Rapid
+            && let Some(owed) = self.emitter.take_owed(&motion.feed)
+        {
+            self.emitter.feeds_restored += u64::from(words.is_empty());
+            words.push(owed);
+        }
+        if words.is_empty() {
+            return Ok(false);
+        }
+        self.change(passage, motion, words, out)?;
+        Ok(true)
+    }
+
+    fn change<E>(
         &mut self,
         passage: Placed<'_>,
         motion: &Motion,
@@ -106,21 +134,6 @@ impl Rewriter {
     /// Ends a passage by copying the rest of it.
     pub(in crate::process) fn end<E>(&mut self, passage: Placed<'_>, out: &mut Outgoing<E>) {
         out.copy(passage, self.copied, passage.1.batch.blocks().len());
-    }
-
-    /// Records that the written program has another modal F than this feed of the source.
-    pub(in crate::process) fn owe(&mut self, feed: &Feed) {
-        self.emitter.owe(feed);
-    }
-
-    /// The F word that a block with this feed must restore when it is written again. It is then no longer owed.
-    pub(in crate::process) fn take_owed(&mut self, feed: &Feed) -> Option<NewWord> {
-        self.emitter.take_owed(feed)
-    }
-
-    /// Counts a block written for its feed only.
-    pub(in crate::process) fn count_restored(&mut self) {
-        self.emitter.feeds_restored += 1;
     }
 
     /// Counts blocks that were inserted after a divided one.

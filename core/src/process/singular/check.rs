@@ -13,14 +13,12 @@ use crate::machine::Machine;
 use crate::motion::Motion;
 use crate::process::contact_path::{DividedBlock, LAST_BIT};
 use crate::process::fault::{Fault, go_on};
-use crate::process::pipeline::{Expected, KeptMotion, ReadBack, StepCheck, TIME_ROUNDING, failed};
+use crate::process::pipeline::{
+    ARITHMETIC_MM, Expected, KeptMotion, LINEAR_ROUNDING, ReadBack, StepCheck, TIME_ROUNDING, failed,
+};
 use crate::process::text::Stretch;
 use crate::program::Dialect;
 
-/// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
-const ROUNDING: f64 = 1.732_050_808 * 1.1;
-/// Error of arithmetic with inches and increments \[mm\].
-const ARITHMETIC_MM: f64 = 1e-7;
 /// Error from words that pass through binary fractions \[deg\].
 const SAME_STEP_DEG: f64 = 1e-6;
 /// The expected next motion of the written program.
@@ -140,7 +138,7 @@ impl<'a> RegionCheck<'a> {
         }
         let tip_mm = planner.cutting.kept_tip_mm(source, moved.touch.as_ref(), pose.axis);
         let off_mm = (pose.tip_mm - tip_mm).norm();
-        if off_mm.is_nan() || off_mm > ROUNDING * moved.half_mm + ARITHMETIC_MM {
+        if off_mm.is_nan() || off_mm > LINEAR_ROUNDING * moved.half_mm + ARITHMETIC_MM {
             return Err(failed(line, "the tip or the contact of a moved block is not where it was planned"));
         }
         let block = planner.cutting.block(pending.mode, ends, [None, None]);

@@ -299,20 +299,8 @@ impl<'a> RegionWork<'a> {
     ) -> Result<(), Fault> {
         let motion = moved.pending.motion;
         let mut words = moved.words.clone();
-        let only_feed = words.is_empty();
-        if let Some(feed) = moved.feed {
-            self.rewriter.owe(&motion.feed);
-            words.push(feed);
-        } else {
-            words.extend(self.rewriter.take_owed(&motion.feed));
-            if only_feed && !words.is_empty() {
-                self.rewriter.count_restored();
-            }
-        }
-        if !words.is_empty() {
-            self.rewriter.change(passage, &motion, &words, out)?;
-            self.blocks_changed += 1;
-        }
+        let is_written = self.rewriter.rewrite(passage, &motion, &mut words, moved.feed, out)?;
+        self.blocks_changed += u64::from(is_written);
         out.expected.push_back(ExpectedInRegion::SmoothedMotion { moved: Box::new(moved), region });
         Ok(())
     }

@@ -2,16 +2,16 @@
 //! followed.
 
 mod dialect_fit;
+mod find_tools;
 mod inventory;
 mod line_map;
 mod look_through;
+mod name_unknown_axes;
 mod numbering;
 mod reading;
 mod step_store;
 mod stream;
 mod survey;
-mod tools_at_work;
-mod unknown_axes;
 
 pub use reading::{OffsetUse, ProgramReading, ToolUse};
 pub use step_store::{MemoryStepStore, Place, StepStore};
@@ -20,8 +20,8 @@ pub use stream::ProgramSource;
 pub(in crate::process) use dialect_fit::DialectFit;
 pub(in crate::process) use inventory::Inventory;
 pub(in crate::process) use line_map::{LineCursor, LineMap, line_ends};
+pub(in crate::process) use name_unknown_axes::naming_unknown_axes;
 pub(in crate::process) use numbering::Numbering;
 pub(in crate::process) use step_store::StoredText;
 pub(in crate::process) use stream::{CHUNK_BYTES, MotionPoses, Passage, Passages, Stretch, read_some};
 pub(in crate::process) use survey::Survey;
-pub(in crate::process) use unknown_axes::naming_unknown_axes;
