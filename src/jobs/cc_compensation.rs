@@ -18,8 +18,7 @@ impl ProgramParameters for CcParameters {
     const LOOKS_AT_PART: bool = true;
 
     fn steps(&self) -> Steps {
-        let steps = treats(self.singularity).with(StepName::Cc);
-        if self.allow_repeated { Steps::NONE } else { steps }
+        treats(self.singularity).with(StepName::Cc).not_done_before(self.allow_repeated)
     }
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {

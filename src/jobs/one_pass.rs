@@ -33,13 +33,10 @@ impl ProgramParameters for CompensationParameters {
         if self.location_errors {
             steps = steps.with(StepName::LocationErrors);
         }
-        if self.allow_repeated {
-            return steps;
-        }
         if self.cc.is_some() {
             steps = steps.with(StepName::Cc);
         }
-        steps.and(treats(self.singularity))
+        steps.and(treats(self.singularity)).not_done_before(self.allow_repeated)
     }
 
     fn cutter_id(&self) -> Option<&str> {

@@ -22,7 +22,8 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("text", &["set_up"]),
             // Those that write.
             ("pipeline", &["text"]),
-            ("contact_path", &["pipeline"]),
+            ("divided", &["pipeline"]),
+            ("contact_path", &["divided"]),
             ("move_ends", &["pipeline"]),
             ("singular", &["contact_path"]),
             ("one_pass", &["singular", "move_ends", "simulate"]),

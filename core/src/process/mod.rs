@@ -3,6 +3,7 @@
 
 mod arc_path;
 mod contact_path;
+mod divided;
 mod fault;
 mod interpret;
 mod move_ends;

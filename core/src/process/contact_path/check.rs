@@ -5,12 +5,12 @@
 
 use std::sync::Arc;
 
-use super::divided_block::{DividedBlock, LAST_BIT};
 use super::milestones::Milestones;
 use super::parameters::CcParameters;
 use crate::contact::{Correction, Effort, Sampled, sample_until_sure, within_tolerance};
 use crate::machine::Machine;
 use crate::motion::{Motion, MotionKind};
+use crate::process::divided::{DividedBlock, LAST_BIT};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::{
     BeforeAfter, Expected, KeptMotion, MotionChange, Outgoing, ReadBack, StepCheck, failed,

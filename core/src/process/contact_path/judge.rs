@@ -14,6 +14,7 @@ use crate::geometry::{Vec3, across};
 use crate::kinematics::ToolPose;
 use crate::machine::{Machine, Tool};
 use crate::motion::{AxisWords, ContactWords, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::process::divided::Checked;
 use crate::process::fault::{LineFaultKind, LineFaults, WarningKind, Warnings};
 use crate::process::set_up::{ContactSource, SetUps, may_roll_over};
 use crate::process::text::{MotionPoses, Passage};
@@ -36,21 +37,6 @@ pub(in crate::process) enum Verdict<'a> {
     },
     /// To be divided.
     Over(Checked<'a>),
-}
-
-/// A motion over tolerance.
-#[derive(Debug, Clone)]
-pub(in crate::process) struct Checked<'a> {
-    pub(in crate::process) block: SourceBlock<'a>,
-    pub(in crate::process) before: Sampled,
-    /// U V W words gave the contacts, so inserted blocks get U V W of the target contact.
-    pub(in crate::process) contact_from_words: bool,
-    /// U V W or nx ny nz at the start. If the start point states none, the last words stated before it still hold.
-    pub(in crate::process) start_contact: Option<[f64; 3]>,
-    /// Where the tool touches at both ends.
-    pub(in crate::process) contacts: [CutterContact; 2],
-    /// The feed of the pass, for a motion whose own tip does not show its feed.
-    pub(in crate::process) pass_feed: Option<Vec3>,
 }
 
 /// A program point on the path.

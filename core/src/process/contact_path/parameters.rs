@@ -2,6 +2,7 @@
 
 use crate::contact::{Correction, PartSurface};
 use crate::machine::{Machine, Tool};
+use crate::process::divided::FEED_TIMES;
 use crate::process::fault::Fault;
 use crate::process::pipeline::Surveyed;
 use crate::process::set_up::{Budget, ContactSource, Need, ProgramSetup, Stop};
@@ -53,7 +54,7 @@ impl CcParameters {
 
     /// Parts of a divided block run no faster than this number times the programmed feed. A higher speed comes from a
     /// contact that swings, not from the part.
-    pub const FEED_TIMES: f64 = 10.0;
+    pub const FEED_TIMES: f64 = FEED_TIMES;
 
     /// The defaults of the contract for a tool: 10 µm, contact source found automatically, even correction, fewest
     /// blocks.

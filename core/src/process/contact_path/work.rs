@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use super::check::{ExpectedMotion, PathCheck, SourceMotion};
-use super::divided_block::DividedBlock;
-use super::division::{Division, DivisionPlan, plan};
-use super::judge::{Checked, Judge, Verdict};
+use super::judge::{Judge, Verdict};
 use super::parameters::CcParameters;
+use super::plan::{DivisionPlan, plan};
 use super::report::CcReport;
-use super::write_division::write_division;
 use crate::contact::{BlockTime, Correction, Effort, Node, Sampled, SourceBlock, block_time_s, segments};
 use crate::machine::Machine;
 use crate::motion::{Interpolation, Motion, MotionKind};
+use crate::process::divided::{Checked, DividedBlock, Division, write_division};
 use crate::process::fault::{Fault, WarningKind, Warnings, go_on};
 use crate::process::pipeline::{Outgoing, Placed, Rewriter, StepWork, Surveyed};
 use crate::process::set_up::{ContactSource, Travels};

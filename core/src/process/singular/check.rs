@@ -11,7 +11,7 @@ use crate::contact::{Effort, within_tolerance};
 use crate::geometry::angle_between;
 use crate::machine::Machine;
 use crate::motion::Motion;
-use crate::process::contact_path::{DividedBlock, LAST_BIT};
+use crate::process::divided::{DividedBlock, LAST_BIT};
 use crate::process::fault::{Fault, go_on};
 use crate::process::pipeline::{
     ARITHMETIC_MM, Expected, KeptMotion, LINEAR_ROUNDING, ReadBack, StepCheck, TIME_ROUNDING, failed,

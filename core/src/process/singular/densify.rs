@@ -17,7 +17,7 @@ use crate::contact::{
 use crate::geometry::GreatCircle;
 use crate::kinematics::{Branch, TurningRoom};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation};
-use crate::process::contact_path::{Checked, Division, PartFeeds, part_feeds, resolution};
+use crate::process::divided::{Checked, Division, PartFeeds, part_feeds, resolution};
 use crate::process::set_up::ContactSource;
 
 /// Largest number of parts of one block.

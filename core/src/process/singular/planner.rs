@@ -7,7 +7,7 @@ use super::pending::Pending;
 use super::report::LeftReason;
 use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
-use crate::process::contact_path::{Checked, Division, is_too_fast};
+use crate::process::divided::{Checked, Division, is_too_fast};
 use crate::process::pipeline::{MIN_FEED, rounded_feed};
 use crate::process::set_up::{TravelCheck, Travels};
 use crate::process::text::Survey;

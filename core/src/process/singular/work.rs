@@ -14,7 +14,7 @@ use super::report::{LeftReason, RegionFigures, RegionTreatment, SingularRegion, 
 use crate::contact::Effort;
 use crate::geometry::trig;
 use crate::motion::Motion;
-use crate::process::contact_path::{DividedBlock, write_division};
+use crate::process::divided::{DividedBlock, write_division};
 use crate::process::fault::{Fault, Warnings, go_on};
 use crate::process::pipeline::{KeptMotion, Outgoing, Placed, Rewriter, StepWork, Surveyed};
 use crate::process::set_up::Stop;

@@ -3,7 +3,7 @@
 use super::numbering::Numbering;
 use crate::process::fault::Fault;
 use crate::process::set_up::{ContactSource, ToolCalls};
-use crate::program::{Address, Batch, Borne, Grammar, StepName, Steps, Word, WordForm};
+use crate::program::{Address, Batch, Borne, Grammar, Steps, Word, WordForm};
 use crate::units::MM_PER_INCH;
 
 /// The result of one pass over the text.
@@ -58,9 +58,8 @@ impl Survey {
         if let Some(text) = self.borne.unreadable.filter(|_| !asked.is_empty()) {
             return Err(Fault::StampUnreadable { text });
         }
-        let is_refused =
-            |step: &StepName| self.borne.steps.has(*step) && !(allow_repeated && step.may_be_repeated());
-        asked.iter().find(is_refused).map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
+        let done = asked.not_done_before(allow_repeated).shared_with(self.borne.steps);
+        done.map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 
     /// Looks at the next batch. `rotary` are the addresses of the rotary axes.

@@ -88,6 +88,14 @@ impl Steps {
         StepName::ALL.into_iter().filter(move |step| self.has(*step))
     }
 
+    /// Those of the steps that must not have been done to a program before. `allow_repeated` is the caller's permission
+    /// to repeat the steps that [may be repeated](StepName::may_be_repeated).
+    #[must_use]
+    pub fn not_done_before(self, allow_repeated: bool) -> Self {
+        let counts = |step: &StepName| !(allow_repeated && step.may_be_repeated());
+        self.iter().filter(counts).fold(Self::NONE, Self::with)
+    }
+
     /// The first of these steps that the other set also has.
     #[must_use]
     pub fn shared_with(self, others: Self) -> Option<StepName> {

@@ -1,7 +1,7 @@
 //! A block divided into parts, and what must hold for each part when the written program is read back.
 
+use super::checked::Checked;
 use super::division::Division;
-use super::judge::Checked;
 use crate::contact::{BlockTime, Segment, Station, block_time_s};
 use crate::motion::{ContactWords, Interpolation, Motion, MotionKind};
 use crate::process::fault::Fault;

@@ -1,8 +1,8 @@
 //! Writes a divided block: its parts in the block's own style.
 
+use super::checked::Checked;
 use super::contact_ends::{ContactEnds, contact_decimals};
 use super::division::Division;
-use super::judge::Checked;
 use crate::contact::{BlockTime, Effort, Node, Resolution, Segment, feed_word, segments};
 use crate::motion::{Feed, FeedForm, FeedMode, Motion, rotary_addresses};
 use crate::process::pipeline::{Emitter, differs, exact_decimals, form, in_units, rounded_feed};

@@ -1,6 +1,6 @@
 //! The contact words of the parts of a divided block, interpolated between the words at the block's ends.
 
-use super::judge::Checked;
+use super::checked::Checked;
 use crate::contact::Node;
 use crate::geometry::{GreatCircle, Vec3};
 use crate::motion::{ContactWords, Interpolation, Motion};
