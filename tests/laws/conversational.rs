@@ -7,7 +7,9 @@ use std::fmt::Write;
 use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
-use trunnion::process::{CcParameters, CcReport, ContactSource, WearParameters, WornCutter, compensate_wear};
+use trunnion::process::{
+    CcParameters, CcReport, ContactSource, WearParameters, WornCutter, compensate, compensate_wear,
+};
 use trunnion::program::Dialect;
 use trunnion::units::Length;
 
@@ -354,4 +356,20 @@ fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
         assert!(cuts(&text(second), None).is_err(), "{second}");
         assert!(cuts(&text(first), None).is_ok(), "{first}");
     }
+}
+
+/// A control reads `LF1000` as another statement than `L F1000`, and so does this reader.
+#[test]
+fn a_feed_of_its_own_is_apart_from_its_l_in_the_style_of_a_block_without_blanks() {
+    let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0.0000 Y+0.0000 Z+10.0000 A+10.0000 C+0.0000 R0 FMAX\n\
+        3 L X+5.0000 Y+1.0000 Z+10.0000 A+20.0000 C+30.0000 F1000\n4LX+6.0000A+21.0000\n5 M30\n6 END PGM A MM\n";
+    let parameters =
+        CcParameters { contact: ContactSource::Tip, ..CcParameters::new(tool(5.0, 5.0), at_zero()) };
+    let mut output = Vec::new();
+    let source = text.as_bytes().to_vec();
+    let report = compensate(&ac_machine(), &parameters, &source, &mut output, &|| ControlFlow::Continue(()));
+    let report = report.unwrap_or_else(|fault| panic!("{fault}"));
+    let output = String::from_utf8(output).unwrap_or_else(|fault| panic!("{fault}"));
+    assert!(report.motions_over_tolerance > 0);
+    assert!(output.contains("\nL F1000.\n4LX+6.0000A+21.0000\n"), "{output}");
 }

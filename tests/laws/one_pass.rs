@@ -329,6 +329,19 @@ fn nothing_to_do_gives_the_bytes_back_and_nothing_asked_is_refused() {
 }
 
 #[test]
+fn axes_that_a_vector_or_a_word_of_its_own_form_carries_along_get_no_word() {
+    let parameters = CompensationParameters { location_errors: true, ..with_setup(Setup::default()) };
+    let head =
+        "%_N_A_MPF\nG90 G71 G17 G54\nTRAORI\nG0 X0 Y0 Z10.0000 A10.0000 C0\nG1 G94 X5.0000 F1000\nG91\n";
+    for block in ["Y1.0000\nA3=0 B3=0 C3=1\nX1.0000\n", "X=IC(1)\nY1.0000\nA=IC(2) X1.0000\n"] {
+        let text = format!("{head}{block}TRAFOOF\nM30\n");
+        let (output, report, _) = done(&ac_machine(), &parameters, &text);
+        assert_eq!(output, text);
+        assert!(report.steps.is_empty());
+    }
+}
+
+#[test]
 fn a_later_step_hides_nothing_of_an_earlier_one() {
     for part in parts(tool(5.0, 5.0)) {
         let machine = with_errors(&part.machine, errors());

@@ -108,8 +108,9 @@ pub(super) fn without_number(line: &[u8]) -> &[u8] {
 pub(super) fn starts(line: &[u8], mark: &[u8]) -> bool {
     line.get(..mark.len()).is_some_and(|start| start.eq_ignore_ascii_case(mark))
 }
+
 /// The number of lines before the first `%`, or otherwise the first O number, if they do not look like blocks. They do
-/// not if none of them has words and at least one cannot be read.
+/// not if none of them has words and at least one cannot be read. A `%` at the program's end is not its beginning.
 fn banner_lines(text: &[u8]) -> u64 {
     let mut batch = Batch::new();
     let mut at = 0;
@@ -122,7 +123,8 @@ fn banner_lines(text: &[u8]) -> u64 {
         at = iso::read_line(source, &mut batch).next;
         let Some(block) = batch.blocks().last() else { break };
         if block.kind == BlockKind::Percent {
-            return banner_before(&batch, line);
+            let before_mark = banner_before(&batch, line);
+            return if before_mark > 0 { before_mark } else { before_number(&batch, o_number) };
         }
         let names_program = batch
             .words(block)
@@ -132,7 +134,11 @@ fn banner_lines(text: &[u8]) -> u64 {
             o_number = Some(line);
         }
     }
-    o_number.map_or(0, |line| banner_before(&batch, line))
+    before_number(&batch, o_number)
+}
+
+fn before_number(batch: &Batch, o_number: Option<u64>) -> u64 {
+    o_number.map_or(0, |line| banner_before(batch, line))
 }
 
 fn banner_before(batch: &Batch, mark: u64) -> u64 {

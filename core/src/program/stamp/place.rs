@@ -226,4 +226,15 @@ mod tests {
         }
         assert_eq!(place_stamp(b"X,Y,Z,A,C\n1,2,3,4,5\n", Dialect::Csv, &stamp()), None);
     }
+
+    #[test]
+    fn a_stamp_is_placed_however_long_the_program_is() {
+        for blocks in 190..=205 {
+            for (dialect, head) in [(Dialect::Okuma, "$A.MIN%\nO1\n"), (Dialect::Iso, "= LISTING =\nO1\n")] {
+                let source = format!("{head}{}M2\n%\n", "G1 X1.\n".repeat(blocks));
+                let place = place_stamp(source.as_bytes(), dialect, &stamp());
+                assert_eq!(place.map(|place| place.offset), Some(head.len()), "{dialect:?}, {blocks} blocks");
+            }
+        }
+    }
 }

@@ -50,6 +50,7 @@ pub(super) fn insert_block(
         (true, false) => b"LN",
         (true, true) => b"ln",
     });
+    let after_name = out.len();
     for word in new.iter().filter(|word| word.address != Address::N) {
         match (name(word.address), word.address.letter()) {
             (Some(name), _) => style.print_named(word, name, out),
@@ -61,5 +62,9 @@ pub(super) fn insert_block(
         for word in batch.words(source).iter().filter(|word| acts_at_end(batch, word)) {
             style.print_same(word, false, out);
         }
+    }
+    // `LX+1` is the name of another statement.
+    if out.get(after_name).is_some_and(u8::is_ascii_alphabetic) {
+        out.insert(after_name, b' ');
     }
 }
