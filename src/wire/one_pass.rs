@@ -54,7 +54,8 @@ pub struct WearStep {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CcStep {
-    /// Cutter radius R that the program was made for. If it is absent, the step `wear` gives it.
+    /// Cutter radius R that the program was made for. If it is absent, the step `wear` gives it. A cutter other
+    /// than `wear.nominal_tool` is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_radius_mm: Option<f64>,
     /// Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter).
@@ -142,6 +143,18 @@ const fn yes() -> bool {
     true
 }
 
+/// Radii that differ by less are the same \[mm\].
+const SAME_RADIUS_MM: f64 = 1e-9;
+
+impl CcStep {
+    /// Whether the step states another cutter than this one. `radius_mm` is its own radius.
+    fn is_other_cutter(&self, radius_mm: f64, nominal: &ToolDoc) -> bool {
+        let own = [radius_mm, self.corner_radius_mm.unwrap_or(radius_mm)];
+        let other = [nominal.radius_mm, nominal.corner_radius_mm.unwrap_or(nominal.radius_mm)];
+        own.iter().zip(other).any(|(own, other)| (own - other).abs() > SAME_RADIUS_MM)
+    }
+}
+
 impl WearStep {
     fn check_source(&self, faults: &mut FaultList) {
         let (pointer, detail) = match (self.from.is_some(), self.cutter_id.is_some()) {
@@ -222,6 +235,12 @@ impl CompensationParameters {
         }
         if let Some(step) = &self.wear {
             step.check_source(faults);
+            if let (Some(nominal), Some(cc)) = (step.nominal_tool, &self.cc)
+                && cc.tool_radius_mm.is_some_and(|radius_mm| cc.is_other_cutter(radius_mm, &nominal))
+            {
+                let detail = "another cutter than wear.nominal_tool, which gives the cutter of all steps; leave out cc.tool_radius_mm and cc.corner_radius_mm";
+                faults.push(|| Fault::new("/cc/tool_radius_mm", detail));
+            }
             if step.tool_number.zip(self.tool_number).is_some_and(|(step, all)| step != all) {
                 let detail = "differs from tool_number outside the step; state one tool for all steps";
                 faults.push(|| Fault::new("/wear/tool_number", detail));

@@ -149,6 +149,10 @@ async fn what_does_not_fit_is_named_by_its_step() {
         ("location_errors=false", &[""]),
         ("cc.tolerance_um=0", &["/cc/tolerance_um", "/cc/tool_radius_mm"]),
         ("cc.tool_radius_mm=5&cc.corner_radius_mm=6", &["/cc/corner_radius_mm"]),
+        (
+            "wear.nominal_tool.radius_mm=5&wear.actual_tool.radius_mm=4.9&cc.tool_radius_mm=6",
+            &["/cc/tool_radius_mm"],
+        ),
         ("wear.nominal_tool.radius_mm=5", &["/wear/actual_tool"]),
         (
             "wear.nominal_tool.radius_mm=5&wear.actual_tool.radius_mm=4&wear.contact=tip&work_offset_mm=0,1e9,0",
