@@ -261,8 +261,8 @@ fn worn(machine: &trunnion::machine::Machine, tool: Tool, path: &Path) -> io::Re
     Ok(())
 }
 
-/// What the judge does for every motion: poses of ends and middles in lanes of 512, then one look at each block with the
-/// contact's normal at both ends.
+/// What the judge does for every motion: poses of ends and middles in lanes of 512, then one look at each block with
+/// the contact's normal at both ends.
 fn in_lanes(machine: &trunnion::machine::Machine, tool: Tool) {
     let kinematics = Kinematics::new(machine, &Setup::default());
     let mode = Interpolation::Machine;

@@ -1,5 +1,5 @@
-//! Small calls over HTTP against an echo of the same body, side by side in one process: `cargo bench --bench http`, with
-//! `-- SECONDS` for longer runs. On a quiet machine: clients and service share its cores.
+//! Small calls over HTTP against an echo of the same body, side by side in one process: `cargo bench --bench http`,
+//! with `-- SECONDS` for longer runs. On a quiet machine: clients and service share its cores.
 //!
 //! What is said last is of the binary itself: from its start to its first answer, and its memory once it idles.
 

@@ -1,5 +1,5 @@
-//! Bodies of requests: read, checked, and where that is cheap computed. Whatever the bytes are, nothing panics, no number
-//! that is none goes in or comes out, what is stored reads back as what it was, and nothing takes long.
+//! Bodies of requests: read, checked, and where that is cheap computed. Whatever the bytes are, nothing panics, no
+//! number that is none goes in or comes out, what is stored reads back as what it was, and nothing takes long.
 
 use std::fmt::Debug;
 use std::ops::ControlFlow;
@@ -47,8 +47,8 @@ fn finite<T: Debug>(what: &str, answer: &T) {
     }
 }
 
-/// Reads a document. One that is kept (with a job, a machine, a key of idempotency) is written and read again as what it
-/// was.
+/// Reads a document. One that is kept (with a job, a machine, a key of idempotency) is written and read again as what
+/// it was.
 fn read<T: DeserializeOwned + Debug>(text: &[u8]) -> Option<T> {
     let document = read_json::<T>(text).ok()?;
     // A text of its own may say anything; numbers may not.

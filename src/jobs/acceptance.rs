@@ -25,6 +25,16 @@ pub struct Accepted {
     /// A requested step that was already applied to the program: the job fails with this step.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<String>,
+    /// Names of the steps of earlier jobs that wrote the program as their output.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub steps_done: Option<String>,
+}
+
+impl Accepted {
+    /// The steps of earlier jobs that wrote the program.
+    pub(super) fn steps_done(&self) -> Steps {
+        self.steps_done.as_deref().and_then(Steps::from_names).unwrap_or(Steps::NONE)
+    }
 }
 
 /// The machine with the wear of this cutter on its shelf, if the wear of a cutter is requested.
@@ -133,22 +143,17 @@ fn resolved(
 /// Seconds in a day.
 const S_PER_DAY: f64 = 86_400.0;
 
-/// The first of these steps that produced a program with this digest, on a machine that the caller reaches.
+/// The steps of earlier jobs that wrote a program with this digest, on machines that the caller reaches.
 ///
 /// # Errors
 /// The database failed.
-pub async fn repeated_step(
+pub async fn steps_done(
     store: &Store,
     sha256: &str,
-    steps: Steps,
     machines: Option<&BTreeSet<String>>,
-) -> Result<Option<StepName>, StoreError> {
-    if steps.is_empty() {
-        return Ok(None);
-    }
+) -> Result<Steps, StoreError> {
     let behind = store.steps_behind(sha256, machines).await?;
-    let done = behind.iter().filter_map(|names| Steps::from_names(names)).fold(Steps::NONE, Steps::and);
-    Ok(steps.shared_with(done))
+    Ok(behind.iter().filter_map(|names| Steps::from_names(names)).fold(Steps::NONE, Steps::and))
 }
 
 /// The refusal of such a step.

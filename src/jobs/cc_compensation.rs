@@ -6,7 +6,7 @@ use super::cc_compensator::core_parameters;
 use super::part_surface::part_surface;
 use super::stamping::Leaving;
 use super::step_files::StepFiles;
-use super::workplace::{Finished, Workplace, written};
+use super::workplace::{Finished, Workplace};
 use super::{Compensated, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::process::ProgramSetup;
@@ -37,6 +37,7 @@ impl ProgramParameters for CcParameters {
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, spool, threads, stop } = place;
             let mut output = place.output()?;
+            asked.program.steps_done = program.steps_done;
             asked.part = part_surface(surface, &self.surface_reading(), stop)?;
             let resting = StepFiles::new(spool.blobs().clone());
             let Compensated { findings, dialect, steps, reading } = compensator.compensate(
@@ -57,20 +58,14 @@ impl ProgramParameters for CcParameters {
                 on: &on,
                 operation: Self::OPERATION,
                 parameters: &parameters,
-                resolved: &resolved,
+                resolved,
                 form: self.stamp,
                 dialect,
                 steps,
             };
-            let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
-            let motions_checked = findings.motions_checked;
-            let report = CcReport { provenance, resolved: Some(resolved), findings };
-            Ok(Finished {
-                output: Some(output),
-                steps: Some(steps),
-                motions_checked: Some(motions_checked),
-                ..Finished::of(&report)?
-            })
+            let motions_checked = Some(findings.motions_checked);
+            let report = |provenance, resolved| CcReport { provenance, resolved: Some(resolved), findings };
+            Ok(Finished { motions_checked, ..leaving.finish(output, &place, report)? })
         }))
     }
 }

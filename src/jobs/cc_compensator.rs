@@ -2,11 +2,12 @@
 
 use std::io::Write;
 
+use super::program_figure::{drawn, points_of};
 use super::refusals::in_words_of_the_wire;
 use super::{Compensated, Compensator, CompensatorFault};
 use crate::contact::Correction as CoreCorrection;
 use crate::machine::{Machine, Tool};
-use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
+use crate::plot::DeviationFigure;
 use crate::process::{self, ProgramSetup, SingularityParameters, SingularityReport, Stop};
 use crate::program::Steps;
 use crate::side_by_side::SideBySide;
@@ -42,10 +43,8 @@ impl Compensator for CutterContactCompensator {
     }
 
     fn figure(&self, parameters: &CcParameters, report: &CcReport) -> String {
-        let series = &report.findings.series;
-        let points =
-            DeviationPoint::zipped(&series.path_mm, &series.line, &series.before_um, &series.after_um);
         let findings = &report.findings;
+        let points = points_of(&findings.series);
         let title = format!(
             "Cutter contact: {} of {} motions over tolerance, {} blocks inserted",
             findings.motions_over_tolerance, findings.motions_checked, findings.blocks_inserted
@@ -56,10 +55,7 @@ impl Compensator for CutterContactCompensator {
             tolerance_um: Some(parameters.tolerance_um),
             quantity: "deviation from the contact line [µm]",
         };
-        deviation_along_path(&figure).unwrap_or_else(|fault| {
-            tracing::error!(error = %fault, "a figure could not be drawn");
-            String::new()
-        })
+        drawn(&figure)
     }
 }
 

@@ -118,8 +118,8 @@ pub struct InverseTask {
 }
 
 impl InverseTask {
-    /// The task with this selection and this set-up (work offset, tool length, errors). `start_words_deg` are the rotary
-    /// words before the first pose, in the profile's order.
+    /// The task with this selection and this set-up (work offset, tool length, errors). `start_words_deg` are the
+    /// rotary words before the first pose, in the profile's order.
     #[must_use]
     pub fn new(
         on: Arc<MachineUsed>,

@@ -21,6 +21,7 @@ mod open_fault;
 mod opening;
 mod part_surface;
 mod posting;
+mod program_figure;
 mod program_file;
 mod program_job;
 mod queue;
@@ -41,7 +42,7 @@ mod webhooks;
 mod work;
 mod workplace;
 
-pub use acceptance::{Accepted, already_done, repeated_step, with_wear};
+pub use acceptance::{Accepted, already_done, steps_done, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
 pub use asking::{asked_by, asker};
 pub use calibration::{evaluate, evaluate_ballbar, measured_at, time_bound};

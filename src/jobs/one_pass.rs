@@ -3,6 +3,7 @@
 use super::cc_compensation::{missing_tool, treats};
 use super::cc_compensator::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
+use super::program_figure::{drawn, points_of};
 use super::refusals::in_words_of_the_wire;
 use super::stamping::Leaving;
 use super::step_files::StepFiles;
@@ -10,7 +11,7 @@ use super::wear_program::{findings as wear_findings, missing_from_table};
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
-use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
+use crate::plot::{DeviationFigure, DeviationPoint};
 use crate::process::{self, CcStep, ProgramSetup, ServoStep, WarningKind, WearStep};
 use crate::program::{StepName, Steps};
 use crate::wire::{
@@ -71,6 +72,7 @@ impl ProgramParameters for CompensationParameters {
         let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
         Ok(Prepared::new(steps + sizes.cost_of_part(), move |place| {
             let Workplace { program, surface, spool, threads, stop } = place;
+            core.program.steps_done = program.steps_done;
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
             let mut output = place.output()?;
             let mut changes = ChangeTable::new(place.output()?)
@@ -101,21 +103,16 @@ impl ProgramParameters for CompensationParameters {
                 on: &on,
                 operation: Self::OPERATION,
                 parameters: &parameters,
-                resolved: &resolved,
+                resolved,
                 form: self.stamp,
                 dialect: done.dialect,
                 steps: done.steps,
             };
-            let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
-            let checked = motions_checked(&findings);
-            let report = CompensationReport { provenance, resolved: Some(resolved), findings };
-            Ok(Finished {
-                output: Some(output),
-                changes: Some(changes),
-                steps: Some(done.steps),
-                motions_checked: Some(checked),
-                ..Finished::of(&report)?
-            })
+            let motions_checked = Some(motions_checked(&findings));
+            let report =
+                |provenance, resolved| CompensationReport { provenance, resolved: Some(resolved), findings };
+            let finished = leaving.finish(output, &place, report)?;
+            Ok(Finished { changes: Some(changes), motions_checked, ..finished })
         }))
     }
 }
@@ -239,11 +236,7 @@ pub fn one_pass_figure(report: &CompensationReport) -> String {
             wear.map(|wear| (&wear.series, "offset of the worn cutter at the contact [µm]"))
         });
     let (points, quantity) = match shown {
-        Some((series, quantity)) => {
-            let points =
-                DeviationPoint::zipped(&series.path_mm, &series.line, &series.before_um, &series.after_um);
-            (points, quantity)
-        }
+        Some((series, quantity)) => (points_of(series), quantity),
         None => (errors(findings), "sum of a motion's errors [µm], over lines"),
     };
     let title = format!(
@@ -254,10 +247,7 @@ pub fn one_pass_figure(report: &CompensationReport) -> String {
         findings.error_budget.sum.after_um
     );
     let figure = DeviationFigure { title: &title, points: &points, tolerance_um: None, quantity };
-    deviation_along_path(&figure).unwrap_or_else(|fault| {
-        tracing::error!(error = %fault, "a figure could not be drawn");
-        String::new()
-    })
+    drawn(&figure)
 }
 
 /// The errors of motions as programmed and as written, over the lines.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::process::ProgramSource;
+use crate::program::Steps;
 use crate::store::{
     BlobFault, Blobs, Damage, DamagedFile, Draft, FileState, Sha256Hex, SoundFile, StoredThing,
 };
@@ -21,6 +22,8 @@ pub struct InputFile {
     pub length: u64,
     /// Digest of the file.
     pub sha256: Sha256Hex,
+    /// Steps of earlier jobs that wrote this file as their output.
+    pub steps_done: Steps,
     /// Number of bytes read so far, over all passes.
     read: Arc<AtomicU64>,
 }
@@ -32,7 +35,14 @@ impl InputFile {
     /// It is missing, has other bytes, or cannot be read.
     pub fn kept(blobs: &Blobs, sha256: &str) -> Result<Self, BlobFault> {
         let SoundFile { file, state, length } = blobs.read_sound(sha256)?;
-        Ok(Self { file: Arc::new(file), state, length, sha256: sha256.to_owned(), read: Arc::default() })
+        Ok(Self {
+            file: Arc::new(file),
+            state,
+            length,
+            sha256: sha256.to_owned(),
+            steps_done: Steps::NONE,
+            read: Arc::default(),
+        })
     }
 
     /// A file that was just written.
@@ -43,7 +53,19 @@ impl InputFile {
         let file = draft.file()?;
         let state = FileState::of(&file)?;
         let (length, sha256) = (draft.length(), draft.sha256());
-        Ok(Self { file: Arc::new(file), state, length, sha256, read: Arc::default() })
+        Ok(Self {
+            file: Arc::new(file),
+            state,
+            length,
+            sha256,
+            steps_done: Steps::NONE,
+            read: Arc::default(),
+        })
+    }
+
+    /// The same file, known as the output of earlier jobs with these steps.
+    pub(super) fn with_steps_done(self, steps_done: Steps) -> Self {
+        Self { steps_done, ..self }
     }
 
     /// The counter of bytes read so far, over all passes.

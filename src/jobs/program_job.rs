@@ -7,6 +7,7 @@ use super::{
     Threads, Workplace,
 };
 use crate::process::Stop;
+use crate::program::Steps;
 use crate::store::{Actor, Blobs, Draft, JobRow, KeyUse, NewJob, Remembered, Store, sha256_hex};
 use crate::wire::{JobDocument, JobState};
 
@@ -21,6 +22,8 @@ pub struct ProgramJob {
     pub work: ProgramWork,
     /// A requested step that was already applied to the program: a posted job fails with this step.
     pub repeats: Option<String>,
+    /// Steps of earlier jobs that wrote the program as their output.
+    pub steps_done: Steps,
     /// The upload.
     pub program: Draft,
     /// The part's surface, if one was uploaded.
@@ -60,7 +63,8 @@ pub async fn run_program_job(
         let started_at = sources.timestamp();
         let (operation, parameters) = (job.work.operation, job.work.parameters.clone());
         let surface = job.surface.as_ref().map(InputFile::of).transpose().map_err(CompensatorFault::Io)?;
-        let program = InputFile::of(&job.program).map_err(CompensatorFault::Io)?;
+        let program =
+            InputFile::of(&job.program).map_err(CompensatorFault::Io)?.with_steps_done(job.steps_done);
         let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
         let Finished { report, output, changes, steps, motions_checked } = job.work.run(place)?;
         if stop().is_break() {

@@ -1,9 +1,9 @@
 //! The stamp of a changed program: one comment that states what was done to it.
 
 use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 
-use super::workplace::{Workplace, written};
+use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
 use crate::program::{Dialect, Stamp, Steps, place_stamp};
 use crate::store::{Draft, sha256_hex};
@@ -20,28 +20,33 @@ pub(super) struct Leaving<'a> {
     pub(super) operation: JobOperation,
     /// Parameters with their defaults filled in.
     pub(super) parameters: &'a serde_json::Value,
-    pub(super) resolved: &'a ResolvedInputs,
+    pub(super) resolved: ResolvedInputs,
     pub(super) form: StampForm,
     pub(super) dialect: Dialect,
     pub(super) steps: Steps,
 }
 
 impl Leaving<'_> {
-    /// The program with its stamp and its origin. A program that nothing changed stays as it came.
-    pub(super) fn stamped(
-        &self,
-        program: &InputFile,
-        output: Draft,
+    /// The result of the work: the program with its stamp, and the report that `report` makes of the program's origin
+    /// and the inputs. A program that nothing changed stays as it came.
+    pub(super) fn finish<R: serde::Serialize>(
+        self,
+        output: BufWriter<Draft>,
         place: &Workplace<'_>,
-    ) -> Result<(Draft, Provenance), JobFault> {
+        report: impl FnOnce(Provenance, ResolvedInputs) -> R,
+    ) -> Result<Finished, JobFault> {
+        let output = written(output)?;
         let output = if self.steps.is_empty() || self.form == StampForm::None {
             output
         } else {
-            self.with_stamp(program, output, place)?
+            self.with_stamp(place.program, output, place)?
         };
-        let provenance =
-            Provenance { steps: Some(StepName::all_of(self.steps)), ..self.on.provenance(program, &output) };
-        Ok((output, provenance))
+        let provenance = Provenance {
+            steps: Some(StepName::all_of(self.steps)),
+            ..self.on.provenance(place.program, &output)
+        };
+        let report = report(provenance, self.resolved);
+        Ok(Finished { output: Some(output), steps: Some(self.steps), ..Finished::of(&report)? })
     }
 
     fn with_stamp(

@@ -1,12 +1,13 @@
 //! The compensation for a worn cutter, as work on a program.
 
 use super::part_surface::part_surface;
+use super::program_figure::{drawn, points_of};
 use super::refusals::in_words_of_the_wire;
 use super::stamping::Leaving;
-use super::workplace::{Finished, Workplace, written};
+use super::workplace::{Finished, Workplace};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
-use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path};
+use crate::plot::DeviationFigure;
 use crate::process::{self, ProgramSetup};
 use crate::program::{StepName, Steps};
 use crate::units::Angle;
@@ -36,6 +37,7 @@ impl ProgramParameters for WearParameters {
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, threads, stop, .. } = place;
             let mut output = place.output()?;
+            core.program.steps_done = program.steps_done;
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
             let moved = process::compensate_wear_side_by_side(
                 &on.machine,
@@ -53,20 +55,14 @@ impl ProgramParameters for WearParameters {
                 on: &on,
                 operation: Self::OPERATION,
                 parameters: &parameters,
-                resolved: &resolved,
+                resolved,
                 form: self.stamp,
                 dialect: moved.dialect,
                 steps: moved.steps,
             };
-            let (output, provenance) = leaving.stamped(program, written(output)?, &place)?;
-            let checked = findings.motions_checked();
-            let report = WearReport { provenance, resolved: Some(resolved), findings };
-            Ok(Finished {
-                output: Some(output),
-                steps: Some(moved.steps),
-                motions_checked: Some(checked),
-                ..Finished::of(&report)?
-            })
+            let motions_checked = Some(findings.motions_checked());
+            let report = |provenance, resolved| WearReport { provenance, resolved: Some(resolved), findings };
+            Ok(Finished { motions_checked, ..leaving.finish(output, &place, report)? })
         }))
     }
 }
@@ -124,20 +120,12 @@ pub(super) fn findings(parameters: &WearParameters, report: &process::WearReport
 #[must_use]
 pub fn wear_figure(report: &WearReport) -> String {
     let findings = &report.findings;
-    let points = DeviationPoint::zipped(
-        &findings.series.path_mm,
-        &findings.series.line,
-        &findings.series.before_um,
-        &findings.series.after_um,
-    );
+    let points = points_of(&findings.series);
     let title = format!(
         "Worn cutter: {} contacts kept, {} motions moved by up to {:.1} µm",
         findings.contacts_kept, findings.motions_shifted, findings.max_shift_um
     );
     let quantity = "offset of the worn cutter at the contact [µm]";
     let figure = DeviationFigure { title: &title, points: &points, tolerance_um: None, quantity };
-    deviation_along_path(&figure).unwrap_or_else(|fault| {
-        tracing::error!(error = %fault, "a figure could not be drawn");
-        String::new()
-    })
+    drawn(&figure)
 }

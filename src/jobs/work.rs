@@ -19,8 +19,8 @@ use crate::program::Steps;
 use crate::store::Draft;
 use crate::wire::{
     CcParameters, CompensationParameters, Drives, Fault, FaultList, JobOperation, MachineProfile,
-    MachineStatements, PostingParameters, Provenance, ResolvedInputs, ServoProgramParameters, Statements,
-    VerificationParameters, WearParameters, read_json, two_statements,
+    MachineStatements, PostingParameters, Provenance, ResolvedInputs, ResolvedWear, ServoProgramParameters,
+    Statements, VerificationParameters, WearParameters, read_json, two_statements,
 };
 
 /// The machine that a program is for.
@@ -90,10 +90,10 @@ impl MachineUsed {
             return Err(CompensatorFault::Refused(Box::new(of_parameter(fault))));
         }
         let table = |place| self.shelf.place(place);
-        Ok(ResolvedInputs {
-            wear: self.shelf.wear().to_vec(),
-            ..ResolvedInputs::of(statements, &self.statements, &table, reading)
-        })
+        let resolved = ResolvedInputs::of(statements, &self.statements, &table, reading);
+        let cuts = |wear: &&ResolvedWear| resolved.has_tool(&wear.tool_id);
+        let wear = self.shelf.wear().iter().filter(cuts).cloned().collect();
+        Ok(ResolvedInputs { wear, ..resolved })
     }
 
     /// Whether a rotary axis turns the tool.

@@ -102,7 +102,7 @@ pub struct ResolvedInputs {
     pub max_feed_mm_per_min: Option<f64>,
     /// Source of this limit; null if no F is written.
     pub max_feed_stated_by: Option<StatedBy>,
-    /// Wear that was taken from the machine's wear entries.
+    /// Wear of these tools that was taken from the machine's wear entries.
     pub wear: Vec<ResolvedWear>,
 }
 
@@ -177,6 +177,12 @@ impl ResolvedInputs {
             "max_feed_mm_per_min": self.max_feed_mm_per_min,
             "wear": self.wear.iter().map(wear).collect::<Vec<_>>(),
         })
+    }
+
+    /// Whether a tool of the table is in the spindle while the program moves.
+    #[must_use]
+    pub fn has_tool(&self, tool_id: &str) -> bool {
+        self.tools.iter().any(|tool| tool.tool_id.as_deref() == Some(tool_id))
     }
 
     /// The one tool that was used, as the program calls it; `None` if there were several, or if none is

@@ -1,5 +1,5 @@
-//! The audit log: every change with who made it, by which request, from which revision to which; written with the change
-//! and never changed itself.
+//! The audit log: every change with who made it, by which request, from which revision to which; written with the
+//! change and never changed itself.
 
 use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};

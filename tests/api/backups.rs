@@ -73,8 +73,8 @@ async fn a_backup_that_is_not_as_it_was_made_is_not_restored() {
         let left = std::fs::read_dir(folder.path()).unwrap().count();
         assert_eq!(left, 2, "{why}: something was left beside data and backup");
     };
-    // A byte of a file, a file, a pipe in its place, a row, another schema, a name that leads elsewhere, another form of
-    // backup, no manifest.
+    // A byte of a file, a file, a pipe in its place, a row, another schema, a name that leads elsewhere, another form
+    // of backup, no manifest.
     let blob = files(&backup.join("blobs")).pop().unwrap();
     let bytes = std::fs::read(&blob).unwrap();
     let mut other = bytes.clone();

@@ -1,4 +1,5 @@
-//! Databases that `SQLite` calls sound and that are not: the deep doctor, backups, restorations and the scrub name what was changed.
+//! Databases that `SQLite` calls sound and that are not: the deep doctor, backups, restorations and the scrub name
+//! what was changed.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -24,7 +25,8 @@ async fn execute(pool: &SqlitePool, statement: &str) {
     sqlx::raw_sql(AssertSqlSafe(statement.to_owned())).execute(pool).await.unwrap();
 }
 
-/// Changes a database as somebody does who can write to its file: no trigger is in the way, and all are there again afterwards.
+/// Changes a database as somebody does who can write to its file: no trigger is in the way, and all are there again
+/// afterwards.
 pub(crate) async fn rewritten(data: &Path, statements: &str) {
     let pool = open(data).await;
     let triggers: Vec<(String, String)> =

@@ -1,4 +1,5 @@
-//! Wear from the entries is taken where it can be true; where it cannot, or where nothing tells it, the refusal says which entry and why.
+//! Wear from the entries is taken where it can be true; where it cannot, or where nothing tells it, the refusal says
+//! which entry and why.
 
 use reqwest::StatusCode;
 use serde_json::{Value, json};
@@ -122,7 +123,8 @@ async fn entries_that_do_not_tell_the_radius_are_not_denied() {
             assert!(detail.contains(part), "{part}: {detail}");
         }
     }
-    // Another tool's are not in the way: the section of this one is left alone, as that of every tool without a known wear.
+    // Another tool's are not in the way: the section of this one is left alone, as that of every tool without a known
+    // wear.
     measure(&app, "B", 4, None, 10.0).await;
     let report = app.report("m", WEAR, &format!("{ZERO}&{ENTRIES}"), &cuts(&[2, 1])).await;
     let left: Vec<_> =
@@ -137,4 +139,20 @@ async fn an_entry_dated_ahead_of_the_clock_is_of_today() {
     measure(&app, "A", 25, None, 10.0).await;
     let report = app.report("m", WEAR, &format!("{ZERO}&{ENTRIES}"), &cuts(&[1])).await;
     assert_eq!(report["resolved"]["wear"][0]["age_days"], 0.0, "{report}");
+}
+
+#[tokio::test]
+async fn wear_of_a_tool_that_the_program_does_not_use_changes_nothing() {
+    let app = with_two_tools().await;
+    measure(&app, "A", 25, None, 10.0).await;
+    let run = || async {
+        let program = app.program("m", WEAR, &format!("{ZERO}&{ENTRIES}"), &cuts(&[1])).await;
+        let report = app.report("m", WEAR, &format!("{ZERO}&{ENTRIES}"), &cuts(&[1])).await;
+        (program, report["resolved"]["wear"].as_array().unwrap().len())
+    };
+    let alone = run().await;
+    measure(&app, "B", 25, None, 20.0).await;
+    assert_eq!((run().await, alone.1), (alone.clone(), 1));
+    let both = app.report("m", WEAR, &format!("{ZERO}&{ENTRIES}"), &cuts(&[1, 2])).await;
+    assert_eq!(both["resolved"]["wear"].as_array().unwrap().len(), 2, "{both}");
 }

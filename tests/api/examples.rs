@@ -373,7 +373,8 @@ async fn every_example_of_the_description_is_answered_as_described() {
                         request(&app, verb, &address, operation, &sample).header("accept", kind);
                     for header in parameters(operation, "header").filter(|one| one["required"] == true) {
                         assert_eq!(header["name"], "If-Match", "{name}: how is this header made?");
-                        // Only machines and their tools are changed under a condition, machines also by what stands below them.
+                        // Only machines and their tools are changed under a condition, machines also by what stands
+                        // below them.
                         let parts = if operation["tags"][0] == "tools" { 6 } else { 4 };
                         let resource = address.split('/').take(parts).collect::<Vec<_>>().join("/");
                         let tag = app.get(&resource).await.headers()["etag"].clone();

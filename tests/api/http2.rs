@@ -37,7 +37,8 @@ async fn closed_window(app: &App) -> TcpStream {
     socket
 }
 
-/// GET /openapi.json on the first stream: entries of the static table (RFC 7541 §A), a path and an authority as they are.
+/// GET /openapi.json on the first stream: entries of the static table (RFC 7541 §A), a path and an authority as they
+/// are.
 fn asking_for_much() -> Vec<u8> {
     let path = b"/openapi.json";
     let fields =

@@ -29,8 +29,8 @@ const SCALLOP: &str = "/v1/scallop-height";
 /// What is meant by far past a limit on how many there are at once.
 const FAR: usize = 100;
 
-/// The tests of each limit: at it, one past it, far past it. A time is passed by whoever says nothing, and nobody can say
-/// less: that test is the first and the last.
+/// The tests of each limit: at it, one past it, far past it. A time is passed by whoever says nothing, and nobody can
+/// say less: that test is the first and the last.
 const HELD_BY: &[(&str, &[&str])] = &[
     (
         "max_body_bytes",

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use serde_json::{Value, json};
 use trunnion::jobs::CutterContactCompensator;
 
+use crate::queue::{accepted, ended};
 use crate::support::{App, ac_table, pointers, problem, spawn, spawn_real, unstamped};
 
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
@@ -216,4 +217,27 @@ async fn singular_regions_are_listed_divided_or_passed_more_slowly() {
     }
     let response = post(&app, PATH, "location_errors=true&singular_regions.zone_deg=0", OVER_THE_POLE).await;
     assert_eq!(pointers(&problem(response, "invalid-request").await), ["/singular_regions/zone_deg"]);
+}
+
+#[tokio::test]
+async fn a_second_smoothing_spends_nothing_though_the_first_left_no_stamp() {
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
+    let query = "work_offset_mm=0,0,0&cc.tool_radius_mm=5&cc.contact=tip&cc.tolerance_um=500&stamp=none\
+        &singularity=smooth&singular_regions.axis_tolerance_deg=0.2";
+    let first = post(&app, PATH, query, OVER_THE_POLE).await.text().await.unwrap();
+    assert!(first != OVER_THE_POLE && !first.contains("Trunnion"), "{first}");
+    let refused = post(&app, PATH, query, &first).await;
+    assert_eq!(refused.status(), 409);
+    let again = post(&app, PATH, &format!("{query}&allow_repeated=true"), &first).await;
+    let job = again.headers()["location"].to_str().unwrap().to_owned();
+    assert_eq!(again.text().await.unwrap(), first);
+    let report: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
+    assert_eq!(report["singularity"]["regions"][0]["left_reason"], "smoothed_before", "{report}");
+    let order = json!({"machine_id": "example-ac-table", "operation": "compensation", "parameters": {
+        "work_offset_mm": [0, 0, 0], "allow_repeated": true, "stamp": "none", "singularity": "smooth",
+        "cc": {"tool_radius_mm": 5, "contact": "tip", "tolerance_um": 500},
+        "singular_regions": {"axis_tolerance_deg": 0.2}}});
+    let job = ended(&app, &accepted(&app, &order, &first).await).await;
+    assert_eq!(job["state"], "succeeded", "{job}");
+    assert_eq!(job["output_sha256"], job["input_sha256"], "{job}");
 }

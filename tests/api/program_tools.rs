@@ -1,4 +1,5 @@
-//! A program of several tools is that of its sections, each with its own tool from the machine's table, as it was when work was accepted.
+//! A program of several tools is that of its sections, each with its own tool from the machine's table, as it was
+//! when work was accepted.
 
 use std::sync::Arc;
 

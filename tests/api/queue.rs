@@ -23,8 +23,8 @@ use crate::support::{
 };
 
 /// A compensator that notes in which order programs come, holds those that begin with `HOLD` until it is released or
-/// told to stop, and those that begin with `RUNAWAY` until it is released. What begins with `SPIN` computes until it is told to
-/// stop.
+/// told to stop, and those that begin with `RUNAWAY` until it is released. What begins with `SPIN` computes until it
+/// is told to stop.
 #[derive(Debug, Default)]
 pub(crate) struct Held {
     released: Mutex<bool>,

@@ -1,5 +1,5 @@
-//! Answers as examples: without what is new each time, long lists and texts cut, and kept in `src/http/openapi/answers.json`,
-//! from where the description takes them. `BLESS=1` writes them anew.
+//! Answers as examples: without what is new each time, long lists and texts cut, and kept in
+//! `src/http/openapi/answers.json`, from where the description takes them. `BLESS=1` writes them anew.
 
 use std::path::PathBuf;
 
@@ -124,8 +124,8 @@ fn now() -> jiff::Timestamp {
     jiff::Timestamp::now()
 }
 
-/// The length of a time that stands at the beginning and is new each time: within a day of now, or of the clock that tests
-/// have, which goes on by a second whenever anything asks it.
+/// The length of a time that stands at the beginning and is new each time: within a day of now, or of the clock that
+/// tests have, which goes on by a second whenever anything asks it.
 fn time_of_today(text: &str) -> Option<usize> {
     let (time, length) = [24, 20].into_iter().find_map(|length| {
         let time = text.get(..length)?;

@@ -1,4 +1,5 @@
-//! What a refusal says is true of the program, and its cure is one; what a request states twice or in vain is not passed over.
+//! What a refusal says is true of the program, and its cure is one; what a request states twice or in vain is not
+//! passed over.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! The tool table of a machine: tools put, read, listed, replaced and deleted, what programs call them by, and what a job takes of them.
+//! The tool table of a machine: tools put, read, listed, replaced and deleted, what programs call them by, and what a
+//! job takes of them.
 
 use reqwest::{Method, Response, StatusCode};
 use serde_json::{Value, json};

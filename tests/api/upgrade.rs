@@ -1,5 +1,5 @@
-//! Databases of earlier schemas open in this one with everything they hold. Each is kept as SQL text, as the version that made it
-//! left it (`tests/fixtures/schemas`).
+//! Databases of earlier schemas open in this one with everything they hold. Each is kept as SQL text, as the version
+//! that made it left it (`tests/fixtures/schemas`).
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

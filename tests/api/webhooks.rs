@@ -356,7 +356,8 @@ async fn the_end_of_what_kills_the_process_is_told_too() {
     let mut receiver = Receiver::saying(&[]).await;
     let place = {
         let app = crate::queue::spawn_held_in(directory.path(), &held).await;
-        // Accepted by a service that may not call there, and taken as a process leaves it that dies for the fifth time while it computes nothing else.
+        // Accepted by a service that may not call there, and taken as a process leaves it that dies for the fifth
+        // time while it computes nothing else.
         let mut order = calling("https://mes.invalid/");
         order["machine_id"] = "example-ac-table".into();
         let place = accepted(&app, &order, "HOLD\n").await;

@@ -1,7 +1,7 @@
 //! No circle between files, but for a parent and its own children.
 //!
-//! Each folder is looked at alone. The files and folders directly in it must not name each other in a circle, where a folder
-//! stands for everything below it. A `mod.rs` and the files below it are no circle.
+//! Each folder is looked at alone. The files and folders directly in it must not name each other in a circle, where a
+//! folder stands for everything below it. A `mod.rs` and the files below it are no circle.
 
 use std::collections::{BTreeMap, BTreeSet};
 

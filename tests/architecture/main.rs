@@ -190,7 +190,8 @@ fn the_core_is_pure() {
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
 
-/// Functions whose last bit is the platform's; `geometry::trig` and `constants::arithmetic` have the same ones of our own.
+/// Functions whose last bit is the platform's; `geometry::trig` and `constants::arithmetic` have the same ones of our
+/// own.
 const OF_THE_PLATFORM: [&str; 12] = [
     ".ln()",
     ".exp()",

@@ -1,6 +1,7 @@
 //! The arrows one level deeper: between the rooms inside a module.
 //!
-//! A room is a folder in one of these modules, or a file that a row here names. What is no room is free, but for circles.
+//! A room is a folder in one of these modules, or a file that a row here names. What is no room is free, but for
+//! circles.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,7 +1,7 @@
 //! The files of one package, and which file names which.
 //!
-//! A name leads to the file that declares it, through every `use` that hands it on. Methods are not followed: a file that
-//! only calls a method of a value names nothing.
+//! A name leads to the file that declares it, through every `use` that hands it on. Methods are not followed: a file
+//! that only calls a method of a value names nothing.
 
 use std::collections::{BTreeMap, BTreeSet};
 

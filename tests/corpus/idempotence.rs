@@ -1,5 +1,5 @@
-//! Whole programs that others wrote, compensated and treated twice: the second time nothing is to do. Blocks whose deviation
-//! lies within one rounding of their words of the tolerance are exempt, and counted.
+//! Whole programs that others wrote, compensated and treated twice: the second time nothing is to do. Blocks whose
+//! deviation lies within one rounding of their words of the tolerance are exempt, and counted.
 #![expect(clippy::panic, clippy::print_stdout, reason = "a test may stop, and tells what it measured")]
 
 use std::fs;
@@ -20,8 +20,8 @@ use crate::set_ups::at_zero;
 use crate::tables::tables;
 use crate::{every_file, shared_file};
 
-/// One rounding of words of three decimals, as the coarsest of these programs have: half a unit on three linear axes, and on
-/// two rotary ones 100 mm away [mm].
+/// One rounding of words of three decimals, as the coarsest of these programs have: half a unit on three linear axes,
+/// and on two rotary ones 100 mm away [mm].
 const ROUNDED_MM: f64 = 0.866e-3 + 1.0e-3 * 100.0 * std::f64::consts::PI / 180.0;
 /// Of the blocks written, at most this share may be exempt.
 const EXEMPT_SHARE: f64 = 1e-3;

@@ -1,5 +1,5 @@
-//! What is understood of programs, beside what their reference interpreters make of them: every motion that is followed is one of
-//! theirs, in their order, and the share that is followed is counted.
+//! What is understood of programs, beside what their reference interpreters make of them: every motion that is
+//! followed is one of theirs, in their order, and the share that is followed is counted.
 
 #![expect(clippy::unwrap_used, reason = "tests stop at the first surprise")]
 
@@ -211,7 +211,8 @@ fn every_followed_motion_is_one_of_the_reference_for_sinumerik() {
         total += expected.len();
         match followed(&machine, &std::fs::read(&program).unwrap(), LengthUnit::Millimetre) {
             Ok(motions) => {
-                // The reference counts TRANS in; the axes stand at zero in all of its programs, and the tip is where they are.
+                // The reference counts TRANS in; the axes stand at zero in all of its programs, and the tip is where
+                // they are.
                 let tip = |motion: &InterpretedMotion| {
                     let mut at = place(&machine, motion);
                     at[..3].copy_from_slice(&motion.tip_mm.map_or([None; 3], |tip_mm| tip_mm.map(Some)));

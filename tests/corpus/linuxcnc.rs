@@ -52,8 +52,8 @@ const LEFT_OUT: [(&str, &str); 11] = [
     ("value-returned/test.ngc", "calls of subprograms"),
 ];
 
-/// Canned cycles, of which a block's end is compared where it is told: not the axis that is drilled along, and nothing behind
-/// repetitions.
+/// Canned cycles, of which a block's end is compared where it is told: not the axis that is drilled along, and
+/// nothing behind repetitions.
 const CYCLES: [(&str, char); 6] = [
     ("g81/g17/g98/g17-g98-g81.ngc", 'Z'),
     ("g81/g17/g99/g17-g99-g81.ngc", 'Z'),

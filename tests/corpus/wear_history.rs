@@ -1,5 +1,6 @@
-//! Predictions made in the middle of a real cutter's life, against what became of it: flank wear of the three flutes of a
-//! 6 mm ball over 315 cuts (data/INDEX.md). The published curves are smooth and have two plateaus and a rapid end.
+//! Predictions made in the middle of a real cutter's life, against what became of it: flank wear of the three flutes
+//! of a 6 mm ball over 315 cuts (data/INDEX.md). The published curves are smooth and have two plateaus and a rapid
+//! end.
 
 use trunnion::wear::{LifeKind, WearCourse, WearReading, cutter_life};
 
@@ -29,10 +30,11 @@ fn reached(wear_um: &[f64], limit_um: f64) -> usize {
 /// Predictions for each flute and limit.
 const PREDICTIONS: u32 = 60;
 
-/// Held out: whatever comes after the newest reading. Each prediction is made at any cut before the limit, from 4 to 40 readings
-/// at uneven places back to the first cut or to any later one, as published or with 0.5 to 5 µm of scatter, whose errors hang
-/// together by up to 0.7 in half of them. The predictions share three curves of one cutter, so that they are fewer than they
-/// seem; the bound takes them as independent, which makes it the stricter one.
+/// Held out: whatever comes after the newest reading. Each prediction is made at any cut before the limit, from 4 to
+/// 40 readings at uneven places back to the first cut or to any later one, as published or with 0.5 to 5 µm of
+/// scatter, whose errors hang together by up to 0.7 in half of them. The predictions share three curves of one
+/// cutter, so that they are fewer than they seem; the bound takes them as independent, which makes it the stricter
+/// one.
 #[test]
 fn both_ends_hold_at_any_cut_of_a_real_life() {
     let Some(flutes) = flutes() else { return };
@@ -64,7 +66,8 @@ fn both_ends_hold_at_any_cut_of_a_real_life() {
     assert!(!all.same_stage.holds(), "{}", all.same_stage.row());
 }
 
-/// Readings of a flute up to a cut before the limit is reached; none where they are too few or at the limit by their scatter.
+/// Readings of a flute up to a cut before the limit is reached; none where they are too few or at the limit by their
+/// scatter.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "cuts")]
 fn held_out(wear_um: &[f64], truth: usize, limit_um: f64, draws: &mut Draws) -> Option<Vec<WearReading>> {
     let now = (truth as f64 * draws.between(0.05, 0.98)) as usize;
@@ -102,7 +105,8 @@ fn middle(values: &[f64]) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// An entry every ten cuts, as published: what is told at a share of the life that is to come out, for limits of 100 to 180 µm.
+/// An entry every ten cuts, as published: what is told at a share of the life that is to come out, for limits of 100
+/// to 180 µm.
 #[test]
 fn near_the_end_of_a_real_life_it_is_told() {
     let Some(flutes) = flutes() else { return };

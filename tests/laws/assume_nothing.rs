@@ -1,5 +1,5 @@
-//! What nobody states is not assumed: the unit, the work offset, the places of the axes before the first block. Table by
-//! table, what is refused, what is left alone, and what the caller reads of it.
+//! What nobody states is not assumed: the unit, the work offset, the places of the axes before the first block. Table
+//! by table, what is refused, what is left alone, and what the caller reads of it.
 #![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
 
 use std::collections::BTreeMap;
@@ -258,7 +258,8 @@ fn silence_on_offset_and_length_is_refused_where_an_axis_turns_and_zero_is_an_an
                 } else {
                     outcome.unwrap_or_else(|fault| panic!("{told}: {fault}"));
                 }
-                // Who interpolates on the tip has the control know where it is, and where nothing turns nothing depends on it.
+                // Who interpolates on the tip has the control know where it is, and where nothing turns nothing
+                // depends on it.
                 let tcp = ProgramSetup { interpolation: Some(Interpolation::Tcp), ..program.clone() };
                 run(&machine, tcp, &text).unwrap_or_else(|fault| panic!("{told} by TCP: {fault}"));
                 run(&machine, program, &upright).unwrap_or_else(|fault| panic!("{told} upright: {fault}"));

@@ -1,5 +1,6 @@
-//! Laws of contacts that are assumed from the feed, because nothing states them: where no rotary axis turns nothing changes,
-//! each pass has its own normal, an open contact stays open, and nothing that rests on the assumption counts as proven.
+//! Laws of contacts that are assumed from the feed, because nothing states them: where no rotary axis turns nothing
+//! changes, each pass has its own normal, an open contact stays open, and nothing that rests on the assumption counts
+//! as proven.
 
 use std::fmt::Write;
 
@@ -217,8 +218,8 @@ fn by_tips() -> Tables {
     }
 }
 
-/// Two cuts of 10 mm under tool-centre-point control that turn both axes, the second at this angle to the first. With `pivot_deg`
-/// the tool turns by so much on the spot between them.
+/// Two cuts of 10 mm under tool-centre-point control that turn both axes, the second at this angle to the first. With
+/// `pivot_deg` the tool turns by so much on the spot between them.
 fn corner(turn_deg: f64, tilt_deg: f64, pivot_deg: Option<f64>) -> String {
     let (sin, cos) = turn_deg.to_radians().sin_cos();
     let mut text = String::from("G21 G90 G94 G17\nG43.4 H1\n");

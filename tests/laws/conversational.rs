@@ -358,7 +358,7 @@ fn cuts_with_several_tools_are_not_moved_for_one_unless_it_is_named() {
     }
 }
 
-/// A control reads `LF1000` as another statement than `L F1000`, and so does this reader.
+/// `LF1000` would be read back as another statement than `L F1000`.
 #[test]
 fn a_feed_of_its_own_is_apart_from_its_l_in_the_style_of_a_block_without_blanks() {
     let text = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S8000\n2 L X+0.0000 Y+0.0000 Z+10.0000 A+10.0000 C+0.0000 R0 FMAX\n\

@@ -1,4 +1,5 @@
-//! Laws of surfaces that were made to be searched for ever: what a search takes is counted, and ends where it may not take more.
+//! Laws of surfaces that were made to be searched for ever: what a search takes is counted, and ends where it may not
+//! take more.
 #![expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 
 use std::cell::Cell;

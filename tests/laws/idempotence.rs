@@ -1,6 +1,6 @@
-//! A program that was compensated is compensated: the same step with the same parameters on its own output has nothing to do,
-//! and the stamp stays as well. Blocks whose deviation lies within one rounding of their words of the tolerance are exempt, and
-//! counted.
+//! A program that was compensated is compensated: the same step with the same parameters on its own output has
+//! nothing to do, and the stamp stays as well. Blocks whose deviation lies within one rounding of their words of the
+//! tolerance are exempt, and counted.
 #![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
 
 use std::ops::ControlFlow;

@@ -1,5 +1,5 @@
-//! A program that bears the stamp of a step is refused for that step and let through for the others, in whatever form and
-//! dialect the stamp stands.
+//! A program that bears the stamp of a step is refused for that step and let through for the others, in whatever form
+//! and dialect the stamp stands.
 
 use std::ops::ControlFlow;
 

@@ -1,6 +1,6 @@
-//! Which tool cuts is not assumed: each section of a program takes its own from the machine's tool table, sections of unknown
-//! tools stay as they are and are named, and one tool of a request is not taken for several. And no feed is written that
-//! nobody asked for.
+//! Which tool cuts is not assumed: each section of a program takes its own from the machine's tool table, sections of
+//! unknown tools stay as they are and are named, and one tool of a request is not taken for several. And no feed is
+//! written that nobody asked for.
 #![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
 
 use std::sync::Arc;

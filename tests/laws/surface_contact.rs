@@ -1,5 +1,5 @@
-//! Laws of programs whose contacts come from the part: on facets of a surface that is known exactly they are worth as much
-//! as the exact normals.
+//! Laws of programs whose contacts come from the part: on facets of a surface that is known exactly they are worth as
+//! much as the exact normals.
 #![expect(clippy::unwrap_used, reason = "a test may stop at what it did not expect")]
 
 use std::ops::ControlFlow;

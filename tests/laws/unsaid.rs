@@ -1,5 +1,5 @@
-//! What a block means and does not say itself: the feed that stands, the centre of an arc, the tool that cuts. One test a
-//! danger, seen without the code that reads programs back.
+//! What a block means and does not say itself: the feed that stands, the centre of an arc, the tool that cuts. One
+//! test a danger, seen without the code that reads programs back.
 #![expect(clippy::panic, reason = "a test may stop at what it did not expect")]
 
 use std::ops::ControlFlow;

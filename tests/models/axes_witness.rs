@@ -1,5 +1,5 @@
-//! An independent witness for any two rotary axes: rotation matrices, a scanner of its own. Shares no code with the crate
-//! but the description of the machine.
+//! An independent witness for any two rotary axes: rotation matrices, a scanner of its own. Shares no code with the
+//! crate but the description of the machine.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use trunnion::kinematics::Setup;

@@ -36,8 +36,8 @@ pub(crate) fn with_errors(machine: &Machine, errors: [LocationError; 2]) -> Mach
 /// Direction and point of a line.
 pub(crate) type Line = (Vec3, Vec3);
 
-/// The lines of two table axes, displaced: the first by its own error, the second by the first's and its own, each about
-/// the reference point of its axis.
+/// The lines of two table axes, displaced: the first by its own error, the second by the first's and its own, each
+/// about the reference point of its axis.
 pub(crate) fn displaced(lines: [Line; 2], errors: [LocationError; 2]) -> [Line; 2] {
     let moved = |error: &LocationError, about: Vec3, line: Line| {
         let turn = Rotation3::new(error.rotation_rad);

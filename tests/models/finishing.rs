@@ -151,8 +151,8 @@ pub fn dome_near_pole(machine: Machine, tool: Tool, points_per_pass: usize, pass
     cut("dome near the pole", machine, tool, surface, axis, points_per_pass, passes)
 }
 
-/// Passes over a part of an analytic surface, shares of its domain, the tool leaning from the normal toward the feed and
-/// aside by these angles.
+/// Passes over a part of an analytic surface, shares of its domain, the tool leaning from the normal toward the feed
+/// and aside by these angles.
 pub fn patch(
     name: &'static str,
     tool: Tool,

@@ -8,8 +8,8 @@
 use trunnion::geometry::Vec3;
 use trunnion::surface::ParametricSurface;
 
-/// Two facets for each of so many cells of the domain, corners on the surface; a surface that closes upon itself along u
-/// is closed.
+/// Two facets for each of so many cells of the domain, corners on the surface; a surface that closes upon itself
+/// along u is closed.
 pub fn facets(surface: &dyn ParametricSurface, [columns, rows]: [usize; 2]) -> Vec<[Vec3; 3]> {
     let [[u0, u1], [v0, v1]] = surface.domain();
     let closes = (surface.at([u0, v0]).point_mm - surface.at([u1, v0]).point_mm).norm() < 1e-9;

@@ -1,4 +1,5 @@
-//! Back-tests of the parts left: what is told from the readings up to some part, against when the wear reached the limit.
+//! Back-tests of the parts left: what is told from the readings up to some part, against when the wear reached the
+//! limit.
 
 use trunnion::wear::{CutterLife, LifeEnds, WearCourse, WearReading, cutter_life};
 

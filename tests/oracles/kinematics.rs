@@ -153,8 +153,8 @@ proptest! {
     }
 }
 
-/// Where the C axis is tilted by 50 µrad, the tool trammed at zero makes the pole go round in a circle of twice that: the
-/// largest correction of C is arcsin(2·50e-6/sin A), 0.33° at a lean of 1°.
+/// Where the C axis is tilted by 50 µrad, the tool trammed at zero makes the pole go round in a circle of twice that:
+/// the largest correction of C is arcsin(2·50e-6/sin A), 0.33° at a lean of 1°.
 #[test]
 fn rotary_words_next_to_nominal_ones_differ_as_far_as_a_tilt_of_50_urad_demands() {
     use trunnion::machine::{LocationError, MachineParts, RotaryAxis};

@@ -176,8 +176,8 @@ fn a_mesh_can_be_stopped_at_every_step_of_its_making() {
     };
     let (whole, asked) = stopped_at(u32::MAX);
     assert_eq!(whole.unwrap().report().facets, 180_000);
-    // 180 000 facets read, put into a tree of 15 levels, brought into its order, gone over for their area, and three times
-    // for what is around their 90 601 vertices: every 8192 of each, and every 64 KiB of the file
+    // 180 000 facets read, put into a tree of 15 levels, brought into its order, gone over for their area, and three
+    // times for what is around their 90 601 vertices: every 8192 of each, and every 64 KiB of the file
     assert!((500..3000).contains(&asked), "{asked}");
     for last in (1..=asked).step_by(53) {
         let (stopped, so_far) = stopped_at(last);

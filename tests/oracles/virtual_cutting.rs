@@ -323,8 +323,8 @@ impl Solid {
                 || (rho - core).powi(2) + (z - self.corner).powi(2) <= self.corner.powi(2))
     }
 
-    /// Where the part of the needle that holds its top or its foot begins, if below `known`: by bisection, the inside of the needle
-    /// being one stretch.
+    /// Where the part of the needle that holds its top or its foot begins, if below `known`: by bisection, the inside
+    /// of the needle being one stretch.
     fn entry(
         &self,
         tip: [f64; 3],

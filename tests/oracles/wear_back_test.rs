@@ -1,5 +1,5 @@
-//! How often the interval of the parts left holds on simulated wear whose rate changes, from few readings at uneven places,
-//! of unknown scatter, whose errors may hang together.
+//! How often the interval of the parts left holds on simulated wear whose rate changes, from few readings at uneven
+//! places, of unknown scatter, whose errors may hang together.
 
 use crate::wear_back_test_model::{Draws, Microscope, Tallies, Trial, allowed};
 
@@ -103,8 +103,9 @@ fn curve(kind: Kind, draws: &mut Draws) -> Vec<f64> {
         .collect()
 }
 
-/// One cutter of this kind, measured 4 to 40 times and asked for a limit it has not reached; none where it was measured less
-/// before the limit. Limit, scatter and places are drawn without a look at the curve, and so is the reading at which it is asked.
+/// One cutter of this kind, measured 4 to 40 times and asked for a limit it has not reached; none where it was
+/// measured less before the limit. Limit, scatter and places are drawn without a look at the curve, and so is the
+/// reading at which it is asked.
 fn trial(kind: Kind, draws: &mut Draws) -> Option<Trial> {
     let wear_um = curve(kind, draws);
     let limit_um = draws.ratio(40.0, 200.0);
@@ -156,8 +157,9 @@ fn back_tests() -> Vec<(Kind, Tallies)> {
 
 /// Late ends that are told: an interval without one cannot be wrong on that side, so there must be enough of them.
 const LEAST_TOLD: f64 = 0.3;
-/// Median of the parts to the early end over those to the truth, on straight wear. A cutter that turns out to enter a stage five
-/// times as fast reaches the limit at a quarter of what its readings say, so that no early end that holds comes much later.
+/// Median of the parts to the early end over those to the truth, on straight wear. A cutter that turns out to enter a
+/// stage five times as fast reaches the limit at a quarter of what its readings say, so that no early end that holds
+/// comes much later.
 const LEAST_TO_EARLY: f64 = 0.2;
 /// Median widths over the parts to the truth: wide, for standstills, and not without end.
 const WIDEST: f64 = 12.0;

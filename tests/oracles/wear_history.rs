@@ -161,8 +161,8 @@ fn stated_uncertainties_weigh_and_widen() {
     assert_eq!(mixed.now(), unstated.now());
 }
 
-/// The drift of a course that turns is told larger than that of a straight one, and so is the correlation of errors that
-/// come in runs.
+/// The drift of a course that turns is told larger than that of a straight one, and so is the correlation of errors
+/// that come in runs.
 #[test]
 fn what_the_interval_rests_on_is_seen_in_the_readings() {
     let course = |wear_um: &dyn Fn(u32) -> f64| -> WearCourse {

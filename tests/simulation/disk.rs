@@ -1,9 +1,10 @@
 //! A disk as POSIX promises it and no better: what a log leaves after a power cut.
 //!
-//! Bytes of a file are there once the file was synchronised, and a name once its folder was; each without the other. What was
-//! not synchronised is there or not, in any order, whole or torn. A synchronisation that failed makes nothing durable later
-//! on, as Linux forgets that the pages were dirty; the names of a folder are in the journal, and a later one does. One thing is taken for granted, as `SQLite` takes it: bytes beside those that
-//! are written stay as they are.
+//! Bytes of a file are there once the file was synchronised, and a name once its folder was; each without the other.
+//! What was not synchronised is there or not, in any order, whole or torn. A synchronisation that failed makes
+//! nothing durable later on, as Linux forgets that the pages were dirty; the names of a folder are in the journal,
+//! and a later one does. One thing is taken for granted, as `SQLite` takes it: bytes beside those that are written
+//! stay as they are.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -87,7 +88,8 @@ struct File {
 struct Folder {
     durable: BTreeMap<String, Node>,
     held: BTreeMap<String, Node>,
-    /// What each name has stood for since the folder was synchronised, the oldest first; the last is what it stands for.
+    /// What each name has stood for since the folder was synchronised, the oldest first; the last is what it stands
+    /// for.
     pending: BTreeMap<String, Vec<Option<Node>>>,
 }
 

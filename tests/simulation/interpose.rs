@@ -1,9 +1,9 @@
 //! The calls of the C library that change files, taken by this executable in place of the library's own: the standard
-//! library and the `SQLite` that is linked into it both come through here. What is not below the recorded folder, or comes
-//! while nothing is recorded, goes straight on.
+//! library and the `SQLite` that is linked into it both come through here. What is not below the recorded folder, or
+//! comes while nothing is recorded, goes straight on.
 //!
-//! Two more are taken: the clock that never goes back stands still while a run is recorded, so that no timer ends but when the
-//! scheduler lets time pass; random bytes come from the seed.
+//! Two more are taken: the clock that never goes back stands still while a run is recorded, so that no timer ends but
+//! when the scheduler lets time pass; random bytes come from the seed.
 
 #![expect(unsafe_code, reason = "symbols of the C library are defined and called here, and nowhere else")]
 

@@ -1,10 +1,10 @@
-//! The real service on a disk that breaks: a run of many requests is recorded write by write, and after every write the power
-//! may have been cut. What is left is opened again and compared with what was answered.
+//! The real service on a disk that breaks: a run of many requests is recorded write by write, and after every write
+//! the power may have been cut. What is left is opened again and compared with what was answered.
 //!
 //! # What is real and what is not
 //!
-//! Real are the router with its guard, the queue and its pool, the courier, retention, the migrations, every statement, the
-//! `SQLite` that is linked in, and the files beside it. Not real are:
+//! Real are the router with its guard, the queue and its pool, the courier, retention, the migrations, every
+//! statement, the `SQLite` that is linked in, and the files beside it. Not real are:
 //!
 //! - **the disk.** `interpose` takes the calls of the C library that change files; the standard library and `SQLite` come through
 //!   them alike, so that there is one honest order of everything. `recorder` logs them and lets faults meet them. `disk` makes of
@@ -19,17 +19,17 @@
 //!
 //! # What a seed decides
 //!
-//! Requests, ids, times, random bytes (those of `SQLite` too), faults, and with them the log, to the byte but for the names of
-//! drafts; a test compares logs of the same seeds. Threads of the pool and of the database's connections are the system's, but one
-//! thing goes on at a time. Where a fault meets the disk, the service tries again after a second of a clock that passes when nothing
-//! else goes on: on a machine that is busy enough it may pass once more, and the log then differs by what was tried again. A point
-//! is made of the log alone. Its look runs on real time.
+//! Requests, ids, times, random bytes (those of `SQLite` too), faults, and with them the log, to the byte but for the
+//! names of drafts; a test compares logs of the same seeds. Threads of the pool and of the database's connections are
+//! the system's, but one thing goes on at a time. Where a fault meets the disk, the service tries again after a
+//! second of a clock that passes when nothing else goes on: on a machine that is busy enough it may pass once more,
+//! and the log then differs by what was tried again. A point is made of the log alone. Its look runs on real time.
 //!
 //! # Points
 //!
-//! A point is a seed, a place in its log and a kind of crash (`disk::Crash`); two points are never the same. A third of the seeds
-//! that begin on a folder with data has a fault of the disk while they run (`recorder::Illness`), and every fifth seed
-//! begins on an empty folder, so that the first start is cut off as well.
+//! A point is a seed, a place in its log and a kind of crash (`disk::Crash`); two points are never the same. A third
+//! of the seeds that begin on a folder with data has a fault of the disk while they run (`recorder::Illness`), and
+//! every fifth seed begins on an empty folder, so that the first start is cut off as well.
 //!
 //! `TRUNNION_SIMULATION_POINTS` sets how many points are looked at, `TRUNNION_SIMULATION_SEED` the first seed, and
 //! `TRUNNION_SIMULATION_POINT` beside it one point, as a finding names it.

@@ -1,8 +1,9 @@
 //! Faults that the service does not have, planted one at a time: each must be found by the same look that finds nothing
 //! without them.
 //!
-//! A fault of the order of writes is planted into the log, as a service that had it would have written that log. A fault of
-//! what is stored is planted as a trigger of the database that the run begins with, so that every write of the real service does it.
+//! A fault of the order of writes is planted into the log, as a service that had it would have written that log. A
+//! fault of what is stored is planted as a trigger of the database that the run begins with, so that every write of
+//! the real service does it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,7 +18,8 @@ use crate::recorder::{Node, Op, tree};
 use crate::run::{Point, Run, alone, begun, run, run_on, runtime, write_out};
 use crate::world::folder;
 
-/// Runs without a fault of the disk in which a fault is looked for; the second and the last but one begin with an empty folder.
+/// Runs without a fault of the disk in which a fault is looked for; the second and the last but one begin with an
+/// empty folder.
 const SEEDS: [u64; 8] = [1, 5, 2, 4, 7, 8, 10, 11];
 /// Points of each.
 const POINTS: usize = 96;

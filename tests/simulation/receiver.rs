@@ -1,4 +1,5 @@
-//! A receiver of webhooks on this computer: takes what it is sent, and loses or doubles its answers as the seed decides.
+//! A receiver of webhooks on this computer: takes what it is sent, and loses or doubles its answers as the seed
+//! decides.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -1,7 +1,8 @@
 //! What the process does to the files below one folder, in order, and the faults that meet it there.
 //!
-//! A path is held as it stands below that folder. `SQLite`'s shared memory (`-shm`) is left out: it is written through a
-//! mapping, it never outlives the processes that map it, and `SQLite` makes it anew from the write-ahead log.
+//! A path is held as it stands below that folder. `SQLite`'s shared memory (`-shm`) is left out: it is written
+//! through a mapping, it never outlives the processes that map it, and `SQLite` makes it anew from the write-ahead
+//! log.
 
 use std::collections::BTreeMap;
 use std::ffi::c_int;

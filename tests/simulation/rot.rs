@@ -39,8 +39,8 @@ async fn is_said(data: &Path) -> bool {
     }
 }
 
-/// What has a digest that stands beside it. Where the column is `None`, every column is compared with what has one: the chain of the
-/// audit log, the documents of calibrations.
+/// What has a digest that stands beside it. Where the column is `None`, every column is compared with what has one:
+/// the chain of the audit log, the documents of calibrations.
 const DIGESTED: [(&str, Option<&str>); 12] = [
     ("machine_revisions", Some("profile")),
     ("machine_revisions", Some("sha256")),
@@ -107,8 +107,8 @@ fn a_bit_that_flips_in_a_file_is_said() {
     }
 }
 
-/// `SQLite` keeps no sums of its pages: an examination sees what breaks their structure, and by the digests what changes a value
-/// that has one. What changes another value is counted here, so that the figure is known.
+/// `SQLite` keeps no sums of its pages: an examination sees what breaks their structure, and by the digests what
+/// changes a value that has one. What changes another value is counted here, so that the figure is known.
 #[test]
 fn a_bit_that_flips_in_the_database_is_said_where_a_digest_stands_for_it() {
     let _alone = alone();

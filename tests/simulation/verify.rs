@@ -1,5 +1,5 @@
-//! What must hold after every crash: the folder is opened again as the service opens it, a little work is done, and all that
-//! is stored is compared with all that was answered.
+//! What must hold after every crash: the folder is opened again as the service opens it, a little work is done, and
+//! all that is stored is compared with all that was answered.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -490,7 +490,8 @@ impl Stored {
         }
     }
 
-    /// The audit log is whole: every change has its row, every row its change, and machines lead from revision to revision.
+    /// The audit log is whole: every change has its row, every row its change, and machines lead from revision to
+    /// revision.
     fn log(&self, findings: &mut Findings) {
         for (at, row) in (1_i64..).zip(&self.audit) {
             if row[0] != at {

@@ -107,8 +107,8 @@ impl Clients {
         self.number
     }
 
-    /// Asks until there is an answer that says what happened: a service that cannot at the moment is asked again, and one
-    /// answer in eight is lost on its way, or comes twice.
+    /// Asks until there is an answer that says what happened: a service that cannot at the moment is asked again, and
+    /// one answer in eight is lost on its way, or comes twice.
     async fn ask(
         &mut self,
         ask: Ask,

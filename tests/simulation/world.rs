@@ -314,7 +314,8 @@ impl World {
             max_computations: 1,
             store_readers: 1,
             job_retention_s: retention_s,
-            // Long, so that no clock that is set ahead makes a key old, but where old jobs go: there their keys go first.
+            // Long, so that no clock that is set ahead makes a key old, but where old jobs go: there their keys go
+            // first.
             idempotency_retention_s: if retention_s > 0.0 { retention_s } else { TEN_YEARS_S },
             webhook_allow: vec!["127.0.0.0/8".parse().unwrap()],
             webhook_pauses_s: vec![1.0, 5.0],
@@ -379,6 +380,7 @@ impl World {
             machine_revision: revision,
             work,
             repeats: None,
+            steps_done: Steps::NONE,
             program: draft,
             surface: None,
             file_name: "part.nc".to_owned(),
@@ -398,8 +400,8 @@ impl World {
         (self.gate.holds_one() || depth.queued + depth.running == 0, told)
     }
 
-    /// Waits until the service rests and does nothing more to its files. Jobs come first; then the receiver answers those that it
-    /// has heard, one after the other.
+    /// Waits until the service rests and does nothing more to its files. Jobs come first; then the receiver answers
+    /// those that it has heard, one after the other.
     pub(crate) async fn settle(&self) {
         let (mut quiet, mut looks, mut done) = (0, 0, (0, 0));
         loop {

@@ -5,8 +5,8 @@ use super::{InverseError, Joints, Kinematics, ToolPose};
 use crate::geometry::{Vec3, trig};
 use crate::machine::{Motion, Travel};
 
-/// A computed word that lies outside a travel by no more is at its end \[deg or mm\]: the rounding of double precision, well below
-/// the decimals of a program ([`Travel::WORD_SLACK`]).
+/// A computed word that lies outside a travel by no more is at its end \[deg or mm\]: the rounding of double
+/// precision, well below the decimals of a program ([`Travel::WORD_SLACK`]).
 pub const COMPUTED_WORD_SLACK: f64 = 1e-9;
 /// A direction beyond the reach limit by no more than this counts as on it \[rad\].
 pub const REACH_SLACK_RAD: f64 = 1e-9;

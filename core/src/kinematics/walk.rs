@@ -27,8 +27,8 @@ struct Weighed {
     weights: Box<Weights>,
 }
 
-/// The words of both branches \[deg\]: u and v of the first, then u and v of the second. They are kept in the memory that takes
-/// the joints later. Once a choice is made, the first two are the chosen words, whole turns included.
+/// The words of both branches \[deg\]: u and v of the first, then u and v of the second. They are kept in the memory
+/// that takes the joints later. Once a choice is made, the first two are the chosen words, whole turns included.
 #[inline]
 pub(super) fn branch_words(memory: &JointLanes) -> [&[f64]; 4] {
     [&memory.x_mm, &memory.y_mm, &memory.z_mm, &memory.first_rad]

@@ -45,8 +45,8 @@ pub struct Travel {
 }
 
 impl Travel {
-    /// A word of a program that lies outside the travel by no more is at its end: controls round words to their decimals
-    /// \[mm or deg\].
+    /// A word of a program that lies outside the travel by no more is at its end: controls round words to their
+    /// decimals \[mm or deg\].
     pub const WORD_SLACK: f64 = 1e-6;
 
     /// Whether `word` lies within the travel, widened by `slack` at both ends.

@@ -7,6 +7,9 @@
 mod block_words;
 mod conflicts;
 #[cfg(test)]
+#[path = "words/tests.rs"]
+mod contact_word_tests;
+#[cfg(test)]
 #[expect(clippy::float_cmp, clippy::items_after_statements, reason = "values as the text has them, exact")]
 #[path = "conversational/tests.rs"]
 mod conversational_tests;
@@ -15,6 +18,10 @@ mod dialect;
 mod execute;
 mod feed;
 mod feed_rules;
+#[cfg(test)]
+#[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
+#[path = "feed/tests.rs"]
+mod feed_tests;
 mod feed_words;
 mod g_codes;
 mod interpreter;

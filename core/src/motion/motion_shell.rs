@@ -105,7 +105,8 @@ impl Interpreter {
         }
     }
 
-    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a shift of it.
+    /// Whether the motion stands under a work offset that is neither the program's only one nor stated, or under a
+    /// shift of it.
     #[inline]
     fn offset_changed(&self) -> bool {
         self.modal.is_shifted()

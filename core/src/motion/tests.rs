@@ -17,7 +17,10 @@ pub(super) fn run_with(text: &str, options: InterpreterOptions) -> (Vec<Motion>,
     (motions, diagnostics)
 }
 
-fn interpreted(text: &str, options: InterpreterOptions) -> (Interpreter, Vec<Motion>, Diagnostics) {
+pub(super) fn interpreted(
+    text: &str,
+    options: InterpreterOptions,
+) -> (Interpreter, Vec<Motion>, Diagnostics) {
     let mut reader = Reader::new(None, ReadLimits::default());
     reader.feed(text.as_bytes());
     reader.finish();
@@ -34,7 +37,7 @@ pub(super) fn run(text: &str) -> Vec<Motion> {
 }
 
 /// The motions after a line that makes all five axes known at zero.
-fn run_from_zero(text: &str) -> Vec<Motion> {
+pub(super) fn run_from_zero(text: &str) -> Vec<Motion> {
     run(&format!("G0 X0 Y0 Z0 A0 C0\n{text}")).split_off(1)
 }
 
@@ -72,25 +75,6 @@ fn incremental_words_count_from_the_position_before() {
     assert!(motions[1].incremental && !motions[2].incremental);
     assert_eq!(end(&motions[1]), [3.0, 0.0, 0.0, 0.0, -400.0]);
     assert_eq!(end(&motions[2]), [2.0, 0.0, 0.0, 0.0, -400.0]);
-}
-
-#[test]
-fn inverse_time_feed_holds_for_its_block_only() {
-    let motions = run_from_zero("G93 G1 X1 F10\nX2\nG94 X3\nX4 F500\nX5\n");
-    let feeds: Vec<_> = motions.iter().map(|motion| (motion.feed.value, motion.feed.word_in_block)).collect();
-    assert_eq!(
-        feeds,
-        [(Some(10.0), true), (None, false), (None, false), (Some(500.0), true), (Some(500.0), false)]
-    );
-}
-
-#[test]
-fn a_given_feed_serves_until_the_program_has_one() {
-    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::in_mm() };
-    let (motions, _) = run_with("G20 G1 X1\nX2 F5\n", options);
-    assert_eq!(motions[0].feed.value, Some(254.0));
-    assert!((motions[0].feed.raw - 10.0).abs() < 1e-12);
-    assert_eq!(motions[1].feed.value, Some(5.0 * 25.4));
 }
 
 #[test]
@@ -333,22 +317,6 @@ fn arcs_end_at_their_words_and_full_circles_where_they_start() {
 }
 
 #[test]
-fn contact_words_complete_one_another() {
-    let motions = run_from_zero("G1 X1 U1 V2 F1\nX2 W3\nX3\nX4 U2.25\n");
-    let seen: Vec<_> = motions.iter().map(|motion| motion.contact).collect();
-    assert_eq!(
-        seen,
-        [
-            ContactWords::None,
-            ContactWords::Point([1.0, 2.0, 3.0]),
-            ContactWords::None,
-            ContactWords::Point([2.25, 2.0, 3.0])
-        ]
-    );
-    assert_eq!(motions[3].decimals.contact, 2);
-}
-
-#[test]
 fn decimals_are_those_of_the_block_or_else_of_what_stands() {
     let motions = run_from_zero("G1 X1.25 A1.5 F1\nY2\nC10.125\n");
     assert_eq!((motions[0].decimals.linear, motions[0].decimals.rotary), (2, 1));
@@ -430,63 +398,6 @@ fn a_number_and_an_expression_for_one_address_are_two_words() {
 }
 
 #[test]
-fn a_given_feed_does_not_stand_in_for_one_that_is_not_known() {
-    let options = InterpreterOptions { feed_mm_per_min: Some(254.0), ..InterpreterOptions::in_mm() };
-    for before in [
-        "F#101",
-        "F100\nF#101",
-        "F100\nG20",
-        "G20 F100\nG21",
-        "G93 X2 F3\nG94",
-        "G95 F.1\nG94",
-        "M98 P1\nG0 G90 G21 G94 G40 G49 G69 G54",
-        "/F100",
-        "G4 F100",
-    ] {
-        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options.clone());
-        let feed = motions.last().unwrap().feed;
-        assert_eq!((feed.value, feed.raw, feed.decimals), (None, 0.0, 0), "{before}");
-    }
-    for before in ["G20", "G20\nG21", "G93\nG94", "G95\nG94", "/G1", "G4 P1"] {
-        let (motions, _) = run_with(&format!("G1\n{before}\nG1 X1\n"), options.clone());
-        assert_eq!(motions.last().unwrap().feed.value, Some(254.0), "{before}");
-    }
-    for mode in ["G93", "G95"] {
-        assert_eq!(run_with(&format!("{mode} G1 X1\n"), options.clone()).0[0].feed.value, None, "{mode}");
-    }
-}
-
-#[test]
-fn a_given_feed_is_a_number_that_can_be_written() {
-    for (feed_mm_per_min, units, raw, decimals) in [
-        (1500.0, "G21", 1500.0, 0),
-        (1500.5, "G21", 1500.5, 1),
-        (1000.0, "G20", 39.3701, 4),
-        (0.01, "G21", 0.01, 2),
-        (1.0 / 3.0, "G21", 0.333_333, 6),
-    ] {
-        let options =
-            InterpreterOptions { feed_mm_per_min: Some(feed_mm_per_min), ..InterpreterOptions::in_mm() };
-        let feed = run_with(&format!("{units} G1 X1\n"), options.clone()).0[0].feed;
-        let mut text = format!("{units} G1 X1 F").into_bytes();
-        crate::program::print_decimal(feed.raw, feed.decimals, &mut text);
-        let again = run(&String::from_utf8(text).unwrap())[0].feed;
-        assert_eq!((again.value, again.raw, again.decimals), (feed.value, feed.raw, feed.decimals));
-        assert_eq!((feed.raw, feed.decimals), (raw, decimals), "{feed_mm_per_min}");
-    }
-    let options = InterpreterOptions { feed_mm_per_min: Some(1e-9), ..InterpreterOptions::in_mm() };
-    assert_eq!(run_with("G1 X1\n", options).0[0].feed.value, None);
-}
-
-#[test]
-fn feeds_of_blocks_that_do_not_move_hold_behind_them() {
-    for block in ["G92 X0 F7", "G53 F7", "G28 Z0 F7", "G53.1 F7", "G5.1 X1 Q2 F7", "G45 X1 F7"] {
-        let motions = run_from_zero(&format!("G1 X1 F100\n{block}\nG1 X1\n"));
-        assert_eq!(motions.last().unwrap().feed.raw, 7.0, "{block}");
-    }
-}
-
-#[test]
 fn the_extruder_is_relative_in_g91() {
     let motions = run_from_zero("G1 X1 E1 F1\nG91 X1 E1\nX1\nG90 X5 E9\nX6 E10\n");
     let seen: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
@@ -495,38 +406,6 @@ fn the_extruder_is_relative_in_g91() {
     // Only an absolute word states its value.
     assert_eq!(motions[3].extra, Some(Extra { start: None, end: 9.0 }));
     assert_eq!(motions[4].extra, Some(Extra { start: Some(9.0), end: 10.0 }));
-}
-
-#[test]
-fn contact_words_in_g91_are_not_followed() {
-    let motions = run_from_zero("G1 X1 U1 V2 W3 F1\nG91 X1 W.5\nX1\nG90 X5 U1 V2 W3\n");
-    let seen: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
-    assert_eq!(seen, [None, Some(Unfollowable::IncrementalContact), None, None]);
-    assert_eq!(motions[1].contact, ContactWords::Point([1.0, 2.0, 3.5]));
-}
-
-#[test]
-fn only_motions_under_the_motion_codes_have_a_contact_point() {
-    for block in [
-        "G28 U0 V0 W0",
-        "G28 X0 U0 V0 W0",
-        "G30 U0 V0 W0",
-        "G53 X0 U0 V0 W0",
-        "G81 X1 U0 V0 W0",
-        "G31 X1 U0 V0 W0",
-        "G5.1 X1 U0 V0 W0",
-        "G92 U0 V0 W0",
-        "G10 L2 P1 X0 U0 V0 W0",
-        "G4 X1 U0 V0 W0",
-        "G65 P1 X1 U0 V0 W0",
-    ] {
-        let motions = run_from_zero(&format!("G1 F1\n{block}\n"));
-        assert!(motions.iter().all(|motion| motion.contact == ContactWords::None), "{block}");
-    }
-    for code in ["G0", "G1", "G2"] {
-        let motions = run_from_zero(&format!("{code} X1 U0 V0 W0 F1\n"));
-        assert_eq!(motions[0].contact, ContactWords::Point([0.0; 3]), "{code}");
-    }
 }
 
 #[test]
@@ -554,24 +433,6 @@ fn blocks_behind_the_end_are_counted() {
     }
     let long = format!("M30\n{}", "X1\n".repeat(2000));
     assert_eq!(interpreted(&long, InterpreterOptions::in_mm()).0.blocks_after_end(), 2000);
-}
-
-#[test]
-fn axis_words_without_a_point_are_counted_where_others_have_one() {
-    for (text, count) in [
-        ("G0 X10 Y20\nA5\n", 0),
-        ("G0 X10. Y20.5\nA5.\n", 0),
-        ("G0 X10 Y20.5\nX0 A-5\n", 2),
-        ("G0 X10\nX10.\n", 1),
-        ("G0 X10. F100 I5 S1000\n", 0),
-        ("G0 X10.\nG4 X500\nY#1\n", 0),
-        ("G0 X10\nG4 X5.\n", 0),
-        ("G0 X10.\nM30\nX10\n", 0),
-        ("x,y,z,a,c\n1,2.5,3,4,5\n", 0),
-    ] {
-        let (interpreter, ..) = interpreted(text, InterpreterOptions::in_mm());
-        assert_eq!(interpreter.words_without_point(), count, "{text}");
-    }
 }
 
 #[test]

@@ -89,7 +89,7 @@ pub enum Unfollowable {
     )]
     OtherTransformation,
     /// G43.5: the tool axis is given as a vector.
-    #[error("the tool axis is programmed as a vector")]
+    #[error("the tool axis is programmed as a vector, and it is not known how the rotary axes turn to it")]
     ToolVector,
     /// M428, M429, M430: codes of the machine's builder, whose meaning is not in the text. M138 of conversational
     /// programs.
@@ -136,7 +136,8 @@ pub enum Unfollowable {
     /// A G code that is not known, or not known as a motion.
     #[error("a code in the block is not known")]
     UnknownCode,
-    /// A code that is not known, or a call, on a control where no code states again everything that it may have changed.
+    /// A code that is not known, or a call, on a control where no code states again everything that it may have
+    /// changed.
     #[error(
         "a call or a code before this motion is not known, and it may have changed what no later code states again; remove the line if the machine does not need it, or post the program without it"
     )]
@@ -169,4 +170,51 @@ pub enum Unfollowable {
     /// Two codes of the motion group in one block, or two codes that use the same words.
     #[error("two codes of the block use the same words")]
     ConflictingCodes,
+}
+
+impl Unfollowable {
+    /// What to change so that the motion can be followed; `None` if the reason says it.
+    #[must_use]
+    pub const fn cure(self) -> Option<&'static str> {
+        Some(match self {
+            Self::ModeUnknown { .. }
+            | Self::Expression { .. }
+            | Self::RepeatedAddress { .. }
+            | Self::KinematicsSwitched
+            | Self::StateLost => return None,
+            Self::NoSuchAxis { .. } => {
+                "Choose the machine that has this axis, or post the program without the word"
+            }
+            Self::BlockDelete => "Remove the `/` or the block",
+            Self::CutterCompensation => "Post the path of the cutter without radius compensation",
+            Self::TiltedPlane => "Post the program without a tilted plane",
+            Self::Transformation => "Post the program in plain workpiece coordinates",
+            Self::OtherTransformation => {
+                "Describe the transformation of this program in the machine's profile, and select it by TRAORI"
+            }
+            Self::ToolVector => {
+                "Post rotary words, or check whether the rotary axes reach this vector within their travel"
+            }
+            Self::Corner => "Post the corner as lines or arcs",
+            Self::MachineCoordinates => "Post the motion in workpiece coordinates",
+            Self::OffsetHere => "Select the work offset by G15 in a block before",
+            Self::CannedCycle => "End the cycle before this motion, or post the motions of the cycle",
+            Self::Spline => "Post it as lines",
+            Self::SpecialMotion => "Put the motion into a program of its own",
+            Self::Probing => "Probe in a program of its own",
+            Self::Reference => "Post the place with axis words",
+            Self::Call => "Replace the call by the blocks that it runs",
+            Self::Return => "Post the program without subprograms",
+            Self::UnknownCode => "Remove the code if the machine does not need it",
+            Self::ModalCall => "End the macro before this motion, or replace it by the blocks that it runs",
+            Self::IncrementalContact => "Post U V W with absolute values",
+            Self::RelativeExtruder => "Post E with absolute values",
+            Self::ContourElement => "Post the motion with its end point, as lines or arcs",
+            Self::CalledText => "Replace every call by the blocks that it runs",
+            Self::ShortestPath => "Switch the shorter way off (M127) before this motion",
+            Self::RotaryFeed => "Switch this feed off (M117) before this motion",
+            Self::ControlWord | Self::VectorWord { .. } => "Post the motion without this word",
+            Self::ConflictingCodes => "Write each code in a block of its own",
+        })
+    }
 }

@@ -1,5 +1,5 @@
-//! Joins program, contact and machine. Steps read a whole program, write a whole program and report on it; the other rooms
-//! answer one question about a program.
+//! Joins program, contact and machine. Steps read a whole program, write a whole program and report on it; the other
+//! rooms answer one question about a program.
 
 mod arc_path;
 mod contact_path;

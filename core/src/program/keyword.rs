@@ -9,7 +9,8 @@ listed! {
         // --- Siemens
         /// `TRAORI`: tool-centre-point control on.
         Traori,
-        /// `TRAORI(2)`, `TRAORI(1,0,1,1)`: a further transformation of the control, or one with another basic orientation.
+        /// `TRAORI(2)`, `TRAORI(1,0,1,1)`: a further transformation of the control, or one with another basic
+        /// orientation.
         OtherTraori,
         /// `TRAFOOF`: transformations off.
         Trafoof,
@@ -65,7 +66,8 @@ listed! {
         Diameter,
         /// `DIAMOF`.
         DiameterOff,
-        /// `BSPLINE`, `POLY` and similar words, and circles that are given by points other than the centre (`CIP`, `CT`).
+        /// `BSPLINE`, `POLY` and similar words, and circles that are given by points other than the centre (`CIP`,
+        /// `CT`).
         Spline,
         /// `FB=`: the motion ends at its stated place but takes another time.
         OtherCourse,

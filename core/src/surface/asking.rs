@@ -4,13 +4,13 @@ use std::ops::ControlFlow;
 
 use super::MeshFault;
 
-/// Steps between two questions. A step is one facet, corner, vertex or slot and takes at most 0.2 µs, so two questions are at
-/// most 2 ms apart.
+/// Steps between two questions. A step is one facet, corner, vertex or slot and takes at most 0.2 µs, so two
+/// questions are at most 2 ms apart.
 pub(super) const ASK_EVERY: usize = 1 << 13;
 /// Items that are sorted between two questions: some milliseconds.
 const SORTED_AT_ONCE: usize = 1 << 16;
-/// Facets that are divided at their median between two questions: some 10 ms. A larger tree is divided in parts, which gives other
-/// leaves. A change of this number therefore changes results.
+/// Facets that are divided at their median between two questions: some 10 ms. A larger tree is divided in parts,
+/// which gives other leaves. A change of this number therefore changes results.
 pub(super) const DIVIDED_AT_ONCE: usize = 1 << 19;
 
 /// Asks `stop` after every [`ASK_EVERY`] steps.

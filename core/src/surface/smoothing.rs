@@ -59,8 +59,8 @@ struct Half {
 ///
 /// Two facets are joined across an edge if the circle through the edge and through their far ends (across the edge)
 /// stays within `tolerance_mm` of them: heights h₁ ≤ h₂, angle δ between the normals, radius (h₁ + h₂)/2δ, sagitta
-/// h₂² δ/4(h₁ + h₂). A vertex normal is the sum of the facets' products e₁ × e₂/(|e₁|²|e₂|²), which is exact on a sphere
-/// (N. Max, Weights for computing vertex normals from facet normals, 1999).
+/// h₂² δ/4(h₁ + h₂). A vertex normal is the sum of the facets' products e₁ × e₂/(|e₁|²|e₂|²), which is exact on a
+/// sphere (N. Max, Weights for computing vertex normals from facet normals, 1999).
 ///
 /// # Errors
 /// `stop` broke.

@@ -11,7 +11,8 @@ const OPEN_ANGLE_RAD: f64 = 1e-5;
 const NEARLY_FLAT_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 /// The shift that keeps the contact point of end milling with normal `normal` (out of the part, any length) and unit
-/// tool axis `axis`, both in W: `Δ = (r′ − r)(n − t) + ((R′ − r′) − (R − r))·m − ΔL·t` (§4; P3 eq. (6)), m = n across t.
+/// tool axis `axis`, both in W: `Δ = (r′ − r)(n − t) + ((R′ − r′) − (R − r))·m − ΔL·t` (§4; P3 eq. (6)), m = n across
+/// t.
 ///
 /// If n ∥ t, the whole flat of a bull-nose or flat cutter touches. There is no m, Δ = −ΔL·t, and the note says so.
 ///

@@ -22,7 +22,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::programs::EXAMPLE_PROGRAM;
 use crate::http::programs::upload::{Form, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{Besides, JobFault, JobOrder, ProgramJob, Sizes, repeated_step, with_wear};
+use crate::jobs::{Besides, JobFault, JobOrder, ProgramJob, Sizes, steps_done, with_wear};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
     CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
@@ -156,7 +156,8 @@ pub(super) async fn create_job(
     let on = with_wear(&app.store, &app.sources, on, order.cutter_id.as_deref()).await?;
     let machine_revision = on.revision;
     let machines = caller.machines.as_deref();
-    let repeats = repeated_step(&app.store, &program.sha256(), order.steps, machines).await?;
+    let steps_done = steps_done(&app.store, &program.sha256(), machines).await?;
+    let repeats = order.steps.shared_with(steps_done);
     let sizes = Sizes::of_drafts(&program, surface.as_ref())?;
     let work = order.work(on, sizes, &app.means())?;
     // Work that can never have memory is refused now; work that has none at present waits.
@@ -173,6 +174,7 @@ pub(super) async fn create_job(
         machine_revision,
         work,
         repeats: repeats.map(|step| step.name().to_owned()),
+        steps_done,
         program,
         surface,
         file_name,

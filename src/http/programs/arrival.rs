@@ -16,8 +16,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::jobs::memory::will_take;
 use crate::jobs::{
-    ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, repeated_step, run_program_job,
-    with_wear,
+    ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, run_program_job, steps_done, with_wear,
 };
 use crate::store::{Draft, JobRow};
 
@@ -56,9 +55,8 @@ async fn job<P: ProgramParameters>(
     }
     let on = Arc::unwrap_or_clone(on?);
     let machines = caller(&parts.extensions)?.machines;
-    let repeated =
-        repeated_step(&app.store, &program.sha256(), parameters.steps(), machines.as_deref()).await?;
-    if let Some(step) = repeated {
+    let steps_done = steps_done(&app.store, &program.sha256(), machines.as_deref()).await?;
+    if let Some(step) = parameters.steps().shared_with(steps_done) {
         return Err(already_done(step.name()).into());
     }
     let on = with_wear(&app.store, &app.sources, on, parameters.cutter_id()).await?;
@@ -71,6 +69,7 @@ async fn job<P: ProgramParameters>(
         machine_revision,
         work,
         repeats: None,
+        steps_done,
         program,
         surface,
         file_name,

@@ -19,9 +19,9 @@ refusals!(
 
 /// Match the position gains of a path
 ///
-/// The answer has two parts. First, the smallest common Kv (speed divided by following error, 1/s) with which the contour error keeps the
-/// first target at the given feed, within gain and phase margins. Second, the fastest feed of the path for each
-/// target, with the present gains and with the matched gains.
+/// The answer has two parts. First, the smallest common Kv (speed divided by following error, 1/s) with which the
+/// contour error keeps the first target at the given feed, within gain and phase margins. Second, the fastest feed of
+/// the path for each target, with the present gains and with the matched gains.
 #[utoipa::path(
     post,
     path = "/v1/servo-matching",

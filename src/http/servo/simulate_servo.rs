@@ -22,6 +22,7 @@ use crate::http::programs::upload::clean_name;
 use crate::http::refusals::refusals;
 use crate::jobs::memory;
 use crate::jobs::{CompensatorFault, JobFault, ProgramJob, ProgramWork, Sizes, run_program_job};
+use crate::program::Steps;
 use crate::wire::{
     Fault, FaultList, ServoPathDoc, ServoProgramParameters, ServoReport, SimulationAnswer, SimulationRequest,
 };
@@ -160,6 +161,7 @@ async fn program(
         machine_revision,
         work,
         repeats: None,
+        steps_done: Steps::NONE,
         program,
         surface: None,
         file_name,

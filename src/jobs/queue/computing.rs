@@ -106,6 +106,7 @@ impl Shared {
         }
         let on = self.machine(row, &accepted.shelf).await?;
         let (program, surface) = inputs(blobs, document).await?;
+        let program = program.with_steps_done(accepted.steps_done());
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
         let parameters = document.parameters.to_string();
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;

@@ -192,9 +192,10 @@ impl Queue {
     pub async fn accept(&self, job: ProgramJob, besides: Besides) -> Result<JobRow, JobFault> {
         let shared = &*self.0;
         let Besides { external_id, callback_url, traceparent } = besides;
-        let ProgramJob { machine_id, machine_revision, work, repeats, program, surface, file_name, used, by } =
+        let ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used, by, .. } =
             job;
-        let accepted = Accepted { shelf: work.shelf.kept(), repeats };
+        let steps_done = (!job.steps_done.is_empty()).then(|| job.steps_done.to_string());
+        let accepted = Accepted { shelf: work.shelf.kept(), repeats: job.repeats, steps_done };
         let sources = &shared.sources;
         let document = JobDocument {
             id: sources.ids.next().to_string(),

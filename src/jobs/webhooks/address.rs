@@ -2,9 +2,9 @@
 
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 
-/// IPv4 networks that are not on the internet: the IANA registry of special purposes (RFC 6890 and what came after it),
-/// multicast (RFC 5771), the reserved block (RFC 1112), the old relays of 6to4 (RFC 7526), and one address that no registry
-/// lists.
+/// IPv4 networks that are not on the internet: the IANA registry of special purposes (RFC 6890 and what came after
+/// it), multicast (RFC 5771), the reserved block (RFC 1112), the old relays of 6to4 (RFC 7526), and one address that
+/// no registry lists.
 const NOT_PUBLIC_V4: [(Ipv4Addr, u32); 17] = [
     (Ipv4Addr::UNSPECIFIED, 8),
     (Ipv4Addr::new(10, 0, 0, 0), 8),

@@ -1,5 +1,5 @@
-//! A client that openapi-generator made, in use: a machine, kinematics, a program compensated, a posted job, a problem, a key.
-//! `TRUNNION_URL` and `TRUNNION_KEY` (a key with every scope) say where; the argument is a program.
+//! A client that openapi-generator made, in use: a machine, kinematics, a program compensated, a posted job, a
+//! problem, a key. `TRUNNION_URL` and `TRUNNION_KEY` (a key with every scope) say where; the argument is a program.
 
 use std::path::PathBuf;
 use std::time::Duration;

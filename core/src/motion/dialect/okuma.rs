@@ -88,8 +88,8 @@ fn g_meaning(tenths: u32) -> Meaning {
     }
 }
 
-/// The meaning of an M code in tenths. Codes of the machine's builder are assumed to leave the path unchanged. The codes
-/// here are in the table of the control itself.
+/// The meaning of an M code in tenths. Codes of the machine's builder are assumed to leave the path unchanged. The
+/// codes here are in the table of the control itself.
 fn m_function(tenths: u32) -> MFunction {
     match tenths {
         20 | 300 => MFunction::End,

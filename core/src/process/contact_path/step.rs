@@ -104,15 +104,8 @@ impl Step for PathStep<'_> {
         let note = &mut |judged: &Judged| note(&judged.change());
         run.run(hands, &surveyed, output, note, parts)?;
         let (report, lines) = work.report(check, &run.passages);
-        let told = StepDone {
-            lines,
-            dialect: report.dialect,
-            interpolation: Some(report.interpolation),
-            steps: report.steps,
-            reading: report.reading.clone(),
-            blocks_in: report.blocks_in,
-            blocks_out: report.blocks_out,
-        };
+        let interpolation = Some(report.interpolation);
+        let told = StepDone::new(&run.passages, lines, interpolation, report.steps, report.blocks_out);
         self.report = Some(report);
         Ok(told)
     }

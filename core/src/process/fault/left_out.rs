@@ -37,6 +37,21 @@ impl LeftOutReason {
         }
     }
 
+    /// What to change so that the motion is not left out; `None` if the reason says it.
+    #[must_use]
+    pub const fn cure(self) -> Option<&'static str> {
+        match self {
+            Self::NotFollowed(reason) => reason.cure(),
+            Self::WorkOffsetChanged => Some(
+                "State the offset in `work_offsets_mm`, set a shift at the control, or replace a call by the blocks that it runs",
+            ),
+            Self::Arc => Some("Post it as lines"),
+            Self::UnknownArc(_) | Self::NoFeed => None,
+            Self::PositionUnknown => Some("Program all axes before the motion, or state them in `start`"),
+            Self::OtherTool => Some("Put the tool into the machine's tool table"),
+        }
+    }
+
     /// The reason in words.
     #[must_use]
     pub fn text(self) -> String {

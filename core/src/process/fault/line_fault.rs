@@ -45,6 +45,11 @@ fn named(offset: Option<WorkOffset>) -> String {
     }
 }
 
+/// Why a motion cannot be followed, and what to change.
+fn with_cure(reason: Unfollowable) -> String {
+    reason.cure().map_or_else(|| reason.to_string(), |cure| format!("{reason}. {cure}"))
+}
+
 /// What is wrong with one line of the upload.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum LineFaultKind {
@@ -116,7 +121,7 @@ pub enum LineFaultKind {
         why: &'static str,
     },
     /// A motion that has to move for the worn cutter, but cannot be followed.
-    #[error("the motion has to move, but {0}")]
+    #[error("the motion has to move, but {}", with_cure(*.0))]
     NotMovable(Unfollowable),
     /// A motion of another tool, of unknown length, on a machine whose words depend on the tool length.
     #[error(

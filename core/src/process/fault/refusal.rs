@@ -35,7 +35,9 @@ fn of_blocks(diagnostics: &Diagnostics) -> String {
 }
 
 fn first_of(first: Option<(LeftOutReason, u64)>) -> String {
-    first.map_or_else(String::new, |(reason, line)| format!(", the first in line {line}: {}", reason.text()))
+    let Some((reason, line)) = first else { return String::new() };
+    let cure = reason.cure().map_or_else(String::new, |cure| format!(". {cure}"));
+    format!(", the first in line {line}: {}{cure}", reason.text())
 }
 
 /// Whether the work should continue.

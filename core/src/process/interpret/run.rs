@@ -46,8 +46,8 @@ pub struct InterpretedMotion {
     pub line: u64,
     /// The kind.
     pub kind: InterpretedKind,
-    /// The words at its end, absolute, as the control counts them: X Y Z \[mm\], the rotary axes in the profile's order \[deg\]. Under
-    /// tool-centre-point control X Y Z are the tip's.
+    /// The words at its end, absolute, as the control counts them: X Y Z \[mm\], the rotary axes in the profile's
+    /// order \[deg\]. Under tool-centre-point control X Y Z are the tip's.
     pub joints: [Option<f64>; 5],
     /// The tip at its end in W \[mm\].
     pub tip_mm: Option<[f64; 3]>,

@@ -1,4 +1,5 @@
-//! Where the nominal cutter touches at the end of a motion: as the block states it, on the part, or as assumed from the feed.
+//! Where the nominal cutter touches at the end of a motion: as the block states it, on the part, or as assumed from
+//! the feed.
 
 use super::contact::{WornContact, by_normal, by_point};
 use super::pilot::{Pilot, RESTING_MM};

@@ -1,6 +1,7 @@
-//! Writes a whole program for a worn cutter, for location errors, or for both. Every block's end is moved so that the contact stays, and the result is
-//! read back. Blocks are never divided. Tool axis and rotary words never change, unless the program is computed anew
-//! for the machine as it is. Then every end keeps its tool pose in W, and rotary words change with the rest.
+//! Writes a whole program for a worn cutter, for location errors, or for both. Every block's end is moved so that the
+//! contact stays, and the result is read back. Blocks are never divided. Tool axis and rotary words never change,
+//! unless the program is computed anew for the machine as it is. Then every end keeps its tool pose in W, and rotary
+//! words change with the rest.
 
 mod assumption;
 mod check;

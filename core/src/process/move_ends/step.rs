@@ -103,15 +103,8 @@ impl Step for MoveStep<'_> {
         run.run(hands, &surveyed, output, note, parts)?;
         let (moved, lines) = work.moved(check, &run.passages);
         let report = &moved.wear;
-        let told = StepDone {
-            lines,
-            dialect: report.dialect,
-            interpolation: Some(report.interpolation),
-            steps: report.steps,
-            reading: report.reading.clone(),
-            blocks_in: report.blocks_in,
-            blocks_out: report.blocks_out,
-        };
+        let interpolation = Some(report.interpolation);
+        let told = StepDone::new(&run.passages, lines, interpolation, report.steps, report.blocks_out);
         self.report = Some(moved);
         Ok(told)
     }

@@ -132,9 +132,8 @@ impl<const N: usize> Written<N> {
             let own_from = if counts { from } else { 0.0 };
             // The value without a new word. A coordinate without a stated word stays where it is, or a tool vector or a
             // word that is incremental by its own form carries it along.
-            let carried = end - start;
             let standing = stated[k].map_or_else(
-                || if incremental { carried / unit } else { (end + self.offset[k]) / unit },
+                || if incremental { (end - start) / unit } else { (end + self.offset[k]) / unit },
                 |stated| stated.value,
             );
             let wanted = (target[k] - from) / unit;
@@ -142,7 +141,7 @@ impl<const N: usize> Written<N> {
                 plan.end[k] = match stated[k] {
                     Some(_) if !counts => end,
                     Some(stated) => from + stated.value * unit,
-                    None if incremental => from + carried,
+                    None if incremental => end + self.offset[k],
                     None => {
                         let standing = end + self.offset[k];
                         self.last[k].filter(|last| (last - standing).abs() <= SAME_WORD).unwrap_or(standing)

@@ -10,7 +10,7 @@ use super::resources::Resources;
 use crate::motion::Interpolation;
 use crate::process::fault::Fault;
 use crate::process::text::{
-    LineCursor, LineMap, Place, ProgramReading, ProgramSource, StepStore, StoredText,
+    LineCursor, LineMap, Passages, Place, ProgramReading, ProgramSource, StepStore, StoredText,
 };
 use crate::program::{Dialect, Steps};
 
@@ -51,6 +51,27 @@ pub(in crate::process) struct StepDone {
     pub(in crate::process) blocks_in: u64,
     /// Blocks written.
     pub(in crate::process) blocks_out: u64,
+}
+
+impl StepDone {
+    /// The result of a step that read `passages` to their end and whose written text has `blocks_out` blocks.
+    pub(in crate::process) fn new(
+        passages: &Passages<'_>,
+        lines: LineMap,
+        interpolation: Option<Interpolation>,
+        steps: Steps,
+        blocks_out: u64,
+    ) -> Self {
+        Self {
+            lines,
+            dialect: passages.dialect(),
+            interpolation,
+            steps,
+            reading: passages.reading(),
+            blocks_in: passages.blocks,
+            blocks_out,
+        }
+    }
 }
 
 /// The report of a step, available after a program has gone through.

@@ -68,8 +68,8 @@ pub(in crate::process) trait StepCheck: Send {
 
     /// The reader of the written text.
     fn read_back(&mut self) -> &mut ReadBack<Self::Expected>;
-    /// Compares every motion that has arrived with what it must be. `of` is the stretch from which the text was written.
-    /// Copied motions refer to it.
+    /// Compares every motion that has arrived with what it must be. `of` is the stretch from which the text was
+    /// written. Copied motions refer to it.
     fn compare(&mut self, of: &Stretch) -> Result<(), Fault>;
     /// Reads this text, which was written from this stretch.
     fn take(&mut self, written: &mut Outgoing<Self::Expected>, of: &Stretch) -> Result<(), Fault> {

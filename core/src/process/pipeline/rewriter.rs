@@ -70,9 +70,9 @@ impl Rewriter {
         Ok(is_changed)
     }
 
-    /// Writes the block of a motion with these words changed or added, and with its feed: `feed`, or the source's if the
-    /// written program has another one in force. A block that needs none of them is left unchanged. Returns whether it
-    /// was written.
+    /// Writes the block of a motion with these words changed or added, and with its feed: `feed`, or the source's if
+    /// the written program has another one in force. A block that needs none of them is left unchanged. Returns
+    /// whether it was written.
     pub(in crate::process) fn rewrite<E>(
         &mut self,
         passage: Placed<'_>,

@@ -38,7 +38,8 @@ impl<'s> Surveyed<'s> {
         asked: &Asked<'_>,
         with: &Resources<'_>,
     ) -> Result<Self, Fault> {
-        let survey = Survey::of(with.machine, asked.program.dialect, source, with.stop)?;
+        let mut survey = Survey::of(with.machine, asked.program.dialect, source, with.stop)?;
+        survey.borne.steps = survey.borne.steps.and(asked.program.steps_done);
         survey.refuse_repeated(asked.steps, asked.program.allow_repeated)?;
         let contact = survey.contact(asked.contact, asked.has_part)?;
         Ok(Self { source, survey, contact, program: None })

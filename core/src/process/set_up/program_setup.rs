@@ -8,7 +8,7 @@ use crate::kinematics::Setup;
 use crate::machine::Tool;
 use crate::motion::{Interpolation, InterpreterOptions, WorkOffsets};
 use crate::process::fault::Fault;
-use crate::program::Dialect;
+use crate::program::{Dialect, Steps};
 use crate::units::{Feedrate, Length, LengthUnit};
 
 /// How a program is read, and how part and tool are mounted while it runs. Nothing is guessed: the service asks for
@@ -33,6 +33,8 @@ pub struct ProgramSetup {
     pub apply_errors: bool,
     /// Whether steps may be repeated on a program that has their stamp, if repeating them is sound.
     pub allow_repeated: bool,
+    /// Steps that were done to the program before, as the caller knows. Those of its stamp are added.
+    pub steps_done: Steps,
 }
 
 /// Positions of the axes before the first block, as words in the program's first work offset. `None` is unknown.
@@ -56,6 +58,7 @@ impl Default for ProgramSetup {
             start: StartPosition::default(),
             apply_errors: true,
             allow_repeated: false,
+            steps_done: Steps::NONE,
         }
     }
 }

@@ -76,7 +76,7 @@ impl LeftReason {
                 "a block would need more feed than max_feed_mm_per_min, or more than ten times the programmed feed if max_feed_mm_per_min is missing"
             }
             Self::SmoothedBefore => {
-                "the program has the stamp of this step: an earlier treatment may have used up the tolerance of the tool axis"
+                "this step was done to the program before, and may have used up the tolerance of the tool axis"
             }
             Self::MixedContacts => "some blocks state a contact and others do not",
             Self::ToolVectors => {

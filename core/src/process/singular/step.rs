@@ -96,15 +96,7 @@ impl Step for SingularStep<'_> {
         let hands = Hands { prepare: &mut inventory, work: &mut work, check: &mut check, look };
         run.run(hands, &surveyed, output, &mut |(): &()| Ok(()), parts)?;
         let (report, lines) = work.report(check, &run.passages);
-        let told = StepDone {
-            lines,
-            dialect: report.dialect,
-            interpolation: None,
-            steps: report.steps(),
-            reading: run.passages.reading(),
-            blocks_in: report.blocks_in,
-            blocks_out: report.blocks_out,
-        };
+        let told = StepDone::new(&run.passages, lines, None, report.steps(), report.blocks_out);
         self.report = Some(report);
         Ok(told)
     }

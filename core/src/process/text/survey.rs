@@ -25,7 +25,8 @@ pub(in crate::process) struct Survey {
     pub(in crate::process) borne: Borne,
 }
 
-/// Fewest decimals of linear words that are written anew, in mm and in inches, and of rotary words: the increments of a control.
+/// Fewest decimals of linear words that are written anew, in mm and in inches, and of rotary words: the increments of
+/// a control.
 const LEAST_MM_DECIMALS: u8 = 3;
 const LEAST_INCH_DECIMALS: u8 = 4;
 const LEAST_ROTARY_DECIMALS: u8 = 3;
@@ -105,8 +106,8 @@ impl Survey {
         }
     }
 
-    /// Decimals of linear and rotary words that are written anew: those of the program's finest, and no fewer than a control's
-    /// increments have.
+    /// Decimals of linear and rotary words that are written anew: those of the program's finest, and no fewer than a
+    /// control's increments have.
     pub(in crate::process) fn written_decimals(&self, mm_per_unit: f64) -> [u8; 2] {
         let inches = (mm_per_unit - MM_PER_INCH).abs() < SAME_UNIT_MM;
         let least = if inches { LEAST_INCH_DECIMALS } else { LEAST_MM_DECIMALS };

@@ -42,7 +42,8 @@ impl VerificationParameters {
     /// Accepted limits \[mm\].
     pub const LIMIT_RANGE_MM: [f64; 2] = [1e-5, 10.0];
 
-    /// The defaults for a cutter: flank of four radii and at least 30 mm, 1 mm of stock, resolution 0.5 µm, limit 30 µm.
+    /// The defaults for a cutter: flank of four radii and at least 30 mm, 1 mm of stock, resolution 0.5 µm, limit 30
+    /// µm.
     #[must_use]
     pub fn new(tool: impl Into<Option<Tool>>, program: ProgramSetup) -> Self {
         Self {

@@ -55,9 +55,9 @@ fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text.split(|&byte| byte == b'\n').take(MAX_LINES)
 }
 
-/// The dialect that the first unmistakable line shows. Without such a line it is OSP if a line selects a work offset of
-/// OSP. It is Sinumerik if words have `=` after their letters and no line begins like an ISO program or a template. Otherwise it
-/// is ISO.
+/// The dialect that the first unmistakable line shows. Without such a line it is OSP if a line selects a work offset
+/// of OSP. It is Sinumerik if words have `=` after their letters and no line begins like an ISO program or a
+/// template. Otherwise it is ISO.
 fn marked(text: &[u8]) -> Shown {
     let is_other = |line: &[u8]| {
         let line = line.trim_ascii_start();

@@ -63,7 +63,7 @@ pub(super) fn insert_block(
             style.print_same(word, false, out);
         }
     }
-    // `LX+1` is the name of another statement.
+    // The reader would take `LX+1` as the name of another statement.
     if out.get(after_name).is_some_and(u8::is_ascii_alphabetic) {
         out.insert(after_name, b' ');
     }
