@@ -34,12 +34,13 @@ impl ProgramParameters for CcParameters {
         let singularity = self.singular_regions.to_core(self.singularity);
         let cost = Cost::of_program(sizes.program_length, self.tolerance_um) + sizes.cost_of_part();
         let compensator = Arc::clone(&means.compensator);
+        let steps = 1 + u32::from(self.singularity != SingularityAction::Report);
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, spool, threads, stop } = place;
             let mut output = place.output()?;
             asked.program.steps_done = program.steps_done;
             asked.part = part_surface(surface, &self.surface_reading(), stop)?;
-            let resting = StepFiles::new(spool.blobs().clone());
+            let resting = StepFiles::new(spool.blobs().clone(), program);
             let Compensated { findings, dialect, steps, reading } = compensator.compensate(
                 &on.machine,
                 &asked,
@@ -66,7 +67,8 @@ impl ProgramParameters for CcParameters {
             let motions_checked = Some(findings.motions_checked);
             let report = |provenance, resolved| CcReport { provenance, resolved: Some(resolved), findings };
             Ok(Finished { motions_checked, ..leaving.finish(output, &place, report)? })
-        }))
+        })
+        .in_steps(steps))
     }
 }
 

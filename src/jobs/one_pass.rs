@@ -16,7 +16,8 @@ use crate::process::{self, CcStep, ProgramSetup, ServoStep, WarningKind, WearSte
 use crate::program::{StepName, Steps};
 use crate::wire::{
     self, ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
-    Fault, FaultList, JobOperation, Statements, Warning, WearFindings, fault_of_table, looks_at,
+    Fault, FaultList, JobOperation, SingularityAction, Statements, Warning, WearFindings, fault_of_table,
+    looks_at,
 };
 
 /// Most samples of the drives for an error budget: ten seconds of one core.
@@ -67,6 +68,9 @@ impl ProgramParameters for CompensationParameters {
             max_samples: MAX_LAG_SAMPLES.min(Cost::servo_samples_within(max_cost_s)),
             ..ServoStep::new(drives)
         });
+        let moves_ends = self.wear.is_some() || self.location_errors;
+        let treats_regions = self.singularity != SingularityAction::Report;
+        let in_turn = [moves_ends, treats_regions, self.cc.is_some()].map(u32::from).iter().sum();
         // Ends are moved, then the path between them is compensated.
         let length = sizes.program_length;
         let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
@@ -77,7 +81,7 @@ impl ProgramParameters for CompensationParameters {
             let mut output = place.output()?;
             let mut changes = ChangeTable::new(place.output()?)
                 .map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
-            let resting = StepFiles::new(spool.blobs().clone());
+            let resting = StepFiles::new(spool.blobs().clone(), program);
             let done = process::compensate_program(
                 &on.machine,
                 &core,
@@ -113,7 +117,8 @@ impl ProgramParameters for CompensationParameters {
                 |provenance, resolved| CompensationReport { provenance, resolved: Some(resolved), findings };
             let finished = leaving.finish(output, &place, report)?;
             Ok(Finished { changes: Some(changes), motions_checked, ..finished })
-        }))
+        })
+        .in_steps(in_turn))
     }
 }
 

@@ -224,6 +224,7 @@ type Run = Box<dyn FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
 /// Work with checked parameters.
 pub struct Prepared {
     cost: Cost,
+    steps: u32,
     run: Run,
 }
 
@@ -238,7 +239,12 @@ impl Prepared {
         cost: Cost,
         run: impl FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
     ) -> Self {
-        Self { cost, run: Box::new(run) }
+        Self { cost, steps: 1, run: Box::new(run) }
+    }
+
+    /// The same, for work in which `steps` steps take the program one after the other.
+    pub(super) fn in_steps(self, steps: u32) -> Self {
+        Self { steps: steps.max(1), ..self }
     }
 }
 
@@ -292,6 +298,11 @@ impl ProgramWork {
             }
         }
         by_operation(operation, Read(parameters, on, sizes, means))
+    }
+
+    /// The number of steps that take the program one after the other.
+    pub(super) fn steps(&self) -> u32 {
+        self.prepared.steps
     }
 
     /// Does the work, to its end or until its place stops it.

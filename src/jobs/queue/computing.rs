@@ -110,7 +110,7 @@ impl Shared {
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
         let parameters = document.parameters.to_string();
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
-        job.follow(&program);
+        job.follow(&program, work.steps());
         let place = self.place(claimed, job).await?;
         let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
         let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };

@@ -20,9 +20,9 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
-    /// From now on the reading of this program shows the progress of the job.
-    pub(super) fn follow(&self, program: &InputFile) {
-        let all = program.length as f64 * READINGS;
+    /// From now on the reading of this program shows the progress of the job. `steps` take it one after the other.
+    pub(super) fn follow(&self, program: &InputFile, steps: u32) {
+        let all = program.length as f64 * READINGS * f64::from(steps);
         // A job has one program.
         let _first = self.reading.set((program.counted(), all));
     }
@@ -36,7 +36,7 @@ impl UnderWay {
 /// Progress of a program that was read to its end but is not yet stored.
 const ALMOST_DONE: f64 = 0.99;
 
-/// How often an operation reads its program: once for the survey, once for the work. The progress of a program that
+/// How often a step reads its program: once for the survey, once for the work. The progress of a program that
 /// needs fewer readings jumps to the end; with more readings it waits there.
 const READINGS: f64 = 2.0;
 

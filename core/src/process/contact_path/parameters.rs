@@ -2,8 +2,8 @@
 
 use crate::contact::{Correction, PartSurface};
 use crate::machine::{Machine, Tool};
-use crate::process::divided::FEED_TIMES;
 use crate::process::fault::Fault;
+use crate::process::pipeline::FEED_TIMES;
 use crate::process::pipeline::Surveyed;
 use crate::process::set_up::{Budget, ContactSource, Need, ProgramSetup, Stop};
 use crate::units::{Angle, Feedrate, Length};

@@ -9,9 +9,9 @@ use crate::contact::{
 };
 use crate::machine::Machine;
 use crate::motion::{ContactWords, FeedMode, Motion};
-use crate::process::divided::{Checked, Division, PartFeeds, node_contact, part_feeds, resolution};
+use crate::process::divided::{Checked, Division, node_contact, resolution, unfit_feed};
 use crate::process::fault::LineFaultKind;
-use crate::process::pipeline::MIN_FEED;
+use crate::process::pipeline::{FeedInTime, MIN_FEED};
 use crate::process::text::Survey;
 use crate::units::UM_PER_MM;
 
@@ -68,10 +68,10 @@ pub(in crate::process) fn plan(
             Divided::At(nodes) => {
                 let carries_feed = motion.feed.value.is_some() && survey.has_feed_column;
                 if carries_feed {
-                    match part_feeds(checked, motion, &nodes, parameters.max_feed) {
-                        PartFeeds::Fit => {}
-                        PartFeeds::TooHigh => return Ok(DivisionPlan::TooFast),
-                        PartFeeds::TooLow { feed } => {
+                    match unfit_feed(checked, motion, &nodes, parameters.max_feed) {
+                        None | Some(FeedInTime::Fits(_)) => {}
+                        Some(FeedInTime::TooHigh(_)) => return Ok(DivisionPlan::TooFast),
+                        Some(FeedInTime::TooLow(feed)) => {
                             return Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED });
                         }
                     }

@@ -10,5 +10,5 @@ mod write;
 pub(in crate::process) use block::{DividedBlock, LAST_BIT};
 pub(in crate::process) use checked::Checked;
 pub(in crate::process) use contact_ends::node_contact;
-pub(in crate::process) use division::{Division, FEED_TIMES, PartFeeds, is_too_fast, part_feeds, resolution};
+pub(in crate::process) use division::{Division, resolution, unfit_feed};
 pub(in crate::process) use write::write_division;

@@ -7,15 +7,8 @@ use crate::program::{
     Address, Batch, BlockFlags, MAX_DECIMALS, NewWord, WriteFault, print_changed, round_to_decimals,
 };
 
-/// Smallest F that is written, in the program's own unit.
-pub(in crate::process) const MIN_FEED: f64 = 1e-6;
-
 /// A written number this close to the intended one is equal to it \[program units\].
 pub(in crate::process) const SAME_WORD: f64 = 1e-9;
-/// Largest relative rounding error of an F word. If the source's decimals are too coarse, finer ones are used.
-const FEED_ROUNDING: f64 = 0.005;
-/// Most decimals of an F word: the smallest one written still has three digits.
-const MAX_FEED_DECIMALS: u8 = 9;
 
 /// Writes blocks and keeps track of the feed in force in the written program.
 #[derive(Debug, Default)]
@@ -208,17 +201,6 @@ pub(in crate::process) fn form(batch: &Batch) -> FeedForm {
 /// Whether two written numbers differ. An unknown number (NaN) differs from every other.
 pub(in crate::process) fn differs(a: f64, b: f64) -> bool {
     a.is_nan() || b.is_nan() || (a - b).abs() > SAME_WORD
-}
-
-/// The F word with this value, with the source's decimals or more if needed.
-pub(in crate::process) fn rounded_feed(feed: &Feed, value: f64) -> NewWord {
-    let mut decimals = feed.decimals;
-    while (round_to_decimals(value, decimals) / value - 1.0).abs() > FEED_ROUNDING
-        && decimals < MAX_FEED_DECIMALS.max(feed.decimals)
-    {
-        decimals += 1;
-    }
-    NewWord { address: Address::F, value: round_to_decimals(value, decimals), decimals }
 }
 
 /// X Y Z in program units, rotary words in degrees.

@@ -303,9 +303,6 @@ impl BeforeAfter {
     }
 }
 
-/// The time of a written block may differ from the meant one by this share: F words are rounded.
-pub(in crate::process) const TIME_ROUNDING: f64 = 0.01;
-
 pub(in crate::process) fn failed(line: u64, what: &'static str) -> Fault {
     Fault::VerificationFailed { line, what }
 }

@@ -17,7 +17,8 @@ use crate::contact::{
 use crate::geometry::GreatCircle;
 use crate::kinematics::{Branch, TurningRoom};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation};
-use crate::process::divided::{Checked, Division, PartFeeds, part_feeds, resolution};
+use crate::process::divided::{Checked, Division, resolution, unfit_feed};
+use crate::process::pipeline::FeedInTime;
 use crate::process::set_up::ContactSource;
 
 /// Largest number of parts of one block.
@@ -91,10 +92,10 @@ impl<'a> Planner<'a> {
         let nodes = task.fewest(needed, effort)?;
         let carries_feed = motion.feed.value.is_some() && self.survey.has_feed_column;
         if carries_feed {
-            match part_feeds(&checked, motion, &nodes, self.cutting.parameters.max_feed) {
-                PartFeeds::Fit => {}
-                PartFeeds::TooLow { .. } => return Err(LeftReason::FeedTooSmall),
-                PartFeeds::TooHigh => return Err(LeftReason::FeedTooHigh),
+            match unfit_feed(&checked, motion, &nodes, self.cutting.parameters.max_feed) {
+                None | Some(FeedInTime::Fits(_)) => {}
+                Some(FeedInTime::TooLow(_)) => return Err(LeftReason::FeedTooSmall),
+                Some(FeedInTime::TooHigh(_)) => return Err(LeftReason::FeedTooHigh),
             }
         }
         let division = Division { nodes, resolution, carries_feed };

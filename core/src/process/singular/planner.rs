@@ -5,10 +5,10 @@ use super::figures::Limits;
 use super::parameters::SingularityParameters;
 use super::pending::Pending;
 use super::report::LeftReason;
-use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station, feed_word};
+use crate::contact::{BlockTime, CutterContact, Effort, SourceBlock, Station};
 use crate::motion::{AxisWords, ContactWords, FeedMode, Interpolation, Motion};
-use crate::process::divided::{Checked, Division, is_too_fast};
-use crate::process::pipeline::{MIN_FEED, rounded_feed};
+use crate::process::divided::{Checked, Division};
+use crate::process::pipeline::{FeedInTime, feed_in_time, rounded_feed};
 use crate::process::set_up::{TravelCheck, Travels};
 use crate::process::text::Survey;
 use crate::program::NewWord;
@@ -118,19 +118,13 @@ impl<'a> Planner<'a> {
         let source = self.cutting.block(pending.mode, pending.ends, [None, None]);
         let stations = ends.map(|words| self.station(pending.mode, words));
         let written = self.cutting.block(pending.mode, stations, [None, None]);
-        let Some(value) = feed_word(mode, feed.raw, &time(&source), &time(&written), 1.0) else {
-            return Ok(None);
-        };
-        if (value / feed.raw - 1.0).abs() <= NOTICEABLE_TIME {
-            return Ok(None);
+        let times = [&time(&source), &time(&written)];
+        let in_time = feed_in_time(&pending.motion, times, 1.0, self.cutting.parameters.max_feed);
+        match in_time.filter(|in_time| (in_time.value() / feed.raw - 1.0).abs() > NOTICEABLE_TIME) {
+            None => Ok(None),
+            Some(FeedInTime::Fits(value)) => Ok(Some(rounded_feed(feed, value))),
+            Some(FeedInTime::TooLow(_)) => Err(LeftReason::FeedTooSmall),
+            Some(FeedInTime::TooHigh(_)) => Err(LeftReason::FeedTooHigh),
         }
-        if value < MIN_FEED {
-            return Err(LeftReason::FeedTooSmall);
-        }
-        let max_feed = self.cutting.parameters.max_feed;
-        if is_too_fast(max_feed, &pending.motion, [&time(&source), &time(&written)], value) {
-            return Err(LeftReason::FeedTooHigh);
-        }
-        Ok(Some(rounded_feed(feed, value)))
     }
 }

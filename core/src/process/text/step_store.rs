@@ -28,6 +28,14 @@ listed! {
     }
 }
 
+impl Place {
+    /// Whether it has the program between two steps.
+    #[must_use]
+    pub const fn is_text(self) -> bool {
+        matches!(self, Self::OneText | Self::OtherText)
+    }
+}
+
 /// Places that store text to be read again. Their content is not needed after the compensation.
 pub trait StepStore: Sync {
     /// Empties a place and opens it for writing.
