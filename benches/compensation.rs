@@ -1,10 +1,11 @@
-//! Deviation, and the whole compensation of a program of a million blocks, 2 % of them over tolerance. Prints
-//! throughput and peak memory; the program lies in a temporary file and the output goes to another. With a word behind
-//! `--` only measurements whose name contains it are made, as in `cargo bench --bench compensation -- apt`.
+//! Inner loops of the compensation: the step that repairs the contact path, alone in this process, and the deviation.
+//! What users call is timed by the benchmark `operations`. A program of a million blocks, 2 % of them over tolerance,
+//! lies in a temporary file, and the output goes to another. Prints throughput and peak memory. With a word after `--`
+//! only measurements whose name contains it are made: `cargo bench --bench compensation -- apt`.
 #![expect(clippy::print_stdout, reason = "a benchmark prints what it measured")]
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -25,8 +26,10 @@ use trunnion::units::Length;
 
 #[path = "../tests/models/mod.rs"]
 mod models;
+mod programs;
 mod threads;
 
+use programs::{Form, words, write_program};
 use threads::Threads;
 
 struct OnDisk(PathBuf);
@@ -39,36 +42,6 @@ impl ProgramSource for OnDisk {
 
 /// Blocks of the benchmark program.
 const BLOCKS: u32 = 1_000_000;
-/// One block in fifty turns further.
-const LONG_EVERY: u32 = 50;
-
-fn words(state: &mut [f64; 2], index: u32) -> AxisWords {
-    let long = index.is_multiple_of(LONG_EVERY);
-    let sense = if (index / 700).is_multiple_of(2) { 1.0 } else { -1.0 };
-    state[1] += sense * if long { 2.6 } else { 0.31 };
-    let phase = f64::from(index) / 400.0;
-    state[0] = 35.0 + 12.0 * phase.sin();
-    let x = 80.0 + 15.0 * (phase * 0.7).cos();
-    let y = -20.0 + 11.0 * (phase * 0.9).sin();
-    AxisWords { linear_mm: [x, y, 40.0 + 5.0 * phase.cos()], rotary_deg: *state }
-}
-
-fn write_program(path: &Path, contact_words: bool) -> io::Result<u64> {
-    let mut out = BufWriter::new(File::create(path)?);
-    writeln!(out, "%\nG21 G90 G94 G54\nG1 F3000")?;
-    let mut state = [35.0, 0.0];
-    for index in 0..BLOCKS {
-        let AxisWords { linear_mm: [x, y, z], rotary_deg: [a, c] } = words(&mut state, index);
-        write!(out, "X{x:.4} Y{y:.4} Z{z:.4} A{a:.4} C{c:.4}")?;
-        if contact_words {
-            write!(out, " U{:.4} V{:.4} W{:.4}", x + 1.4, y - 2.2, z + 0.7)?;
-        }
-        writeln!(out)?;
-    }
-    writeln!(out, "M30\n%")?;
-    out.flush()?;
-    Ok(std::fs::metadata(path)?.len())
-}
 
 /// Peak resident memory of this process [MiB]; 0 where the system does not say.
 fn peak_memory_mib() -> f64 {
@@ -86,23 +59,23 @@ fn median(mut seconds: Vec<f64>) -> f64 {
 /// Whether a measurement of this name is asked for.
 fn is_asked_for(name: &str) -> bool {
     let asked = std::env::args().skip(1).find(|word| !word.starts_with('-'));
-    asked.is_none_or(|asked| name.contains(&asked))
+    asked.is_none_or(|asked| name.to_lowercase().contains(&asked.to_lowercase()))
 }
 
 fn main() -> io::Result<()> {
     let machine = models::finishing::ac_machine();
     let tool = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).expect("a ball");
     let folder = tempfile::tempdir()?;
-    for (name, contact_words, contact) in [
-        ("feed-plane", false, ContactSource::FeedPlane),
-        ("tip", false, ContactSource::Tip),
-        ("U V W words", true, ContactSource::Program),
+    for (name, form, contact) in [
+        ("feed-plane", Form::Iso, ContactSource::FeedPlane),
+        ("tip", Form::Iso, ContactSource::Tip),
+        ("U V W words", Form::ContactWords, ContactSource::Program),
     ] {
         if !is_asked_for(name) {
             continue;
         }
         let path = folder.path().join("program.nc");
-        let bytes = write_program(&path, contact_words)?;
+        let bytes = write_program(&path, form, BLOCKS)?;
         let parameters = CcParameters { contact, ..CcParameters::new(tool, at_zero()) };
         for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
             let mut seconds = Vec::new();
@@ -129,7 +102,7 @@ fn main() -> io::Result<()> {
             );
         }
     }
-    for form in [Form::Siemens, Form::Conversational, Form::Table, Form::CutterLocations] {
+    for form in [Form::Siemens, Form::Heidenhain, Form::Okuma, Form::Table, Form::CutterLocations] {
         if is_asked_for(form.name()) {
             in_form(&machine, tool, form, &folder.path().join("program.txt"))?;
         }
@@ -144,66 +117,9 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Another dialect than ISO.
-#[derive(Debug, Clone, Copy)]
-enum Form {
-    Siemens,
-    Conversational,
-    Table,
-    CutterLocations,
-}
-
-impl Form {
-    /// What it is called in reports.
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Siemens => "siemens",
-            Self::Conversational => "heidenhain",
-            Self::Table => "csv",
-            Self::CutterLocations => "apt",
-        }
-    }
-}
-
-/// The same program in another form: points and vectors where it is of cutter locations.
-fn write_in_form(path: &Path, form: Form) -> io::Result<u64> {
-    let mut out = BufWriter::new(File::create(path)?);
-    match form {
-        Form::Siemens => writeln!(out, "; a program\nN1 G71 G90 G94 G54\nN2 G1 F3000")?,
-        Form::Conversational => {
-            writeln!(out, "0 BEGIN PGM P MM\n1 L X+80 Y-20 Z+40 A+35 C+0 R0 F3000 M3")?;
-        }
-        Form::Table => writeln!(out, "X,Y,Z,A,C,F")?,
-        Form::CutterLocations => writeln!(out, "PARTNO/P\nUNITS/MM\nMULTAX/ON\nFEDRAT/3000.,MMPM")?,
-    }
-    let mut state = [35.0, 0.0];
-    for index in 0..BLOCKS {
-        let AxisWords { linear_mm: [x, y, z], rotary_deg: [a, c] } = words(&mut state, index);
-        match form {
-            Form::Siemens => writeln!(out, "N{} X{x:.4} Y{y:.4} Z{z:.4} A={a:.4} C={c:.4}", index + 3)?,
-            Form::Conversational => {
-                writeln!(out, "{} L X{x:+.4} Y{y:+.4} Z{z:+.4} A{a:+.4} C{c:+.4}", index + 2)?;
-            }
-            Form::Table => writeln!(out, "{x:.4},{y:.4},{z:.4},{a:.4},{c:.4},3000")?,
-            Form::CutterLocations => {
-                let ((sa, ca), (sc, cc)) = (a.to_radians().sin_cos(), c.to_radians().sin_cos());
-                writeln!(out, "GOTO/{x:.4},{y:.4},{z:.4},{:.7},{:.7},{ca:.7}", sa * sc, -sa * cc)?;
-            }
-        }
-    }
-    match form {
-        Form::Siemens => writeln!(out, "M30")?,
-        Form::Conversational => writeln!(out, "{} END PGM P MM", BLOCKS + 2)?,
-        Form::Table => {}
-        Form::CutterLocations => writeln!(out, "FINI")?,
-    }
-    out.flush()?;
-    Ok(std::fs::metadata(path)?.len())
-}
-
 /// The whole pipeline in another dialect.
 fn in_form(machine: &trunnion::machine::Machine, tool: Tool, form: Form, path: &Path) -> io::Result<()> {
-    let bytes = write_in_form(path, form)?;
+    let bytes = write_program(path, form, BLOCKS)?;
     let parameters = CcParameters::new(tool, at_zero());
     for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
         let mut seconds = Vec::new();
@@ -238,7 +154,7 @@ fn worn(machine: &trunnion::machine::Machine, tool: Tool, path: &Path) -> io::Re
     let contact = ContactSource::FeedPlane;
     let parameters =
         WearParameters { contact, ..WearParameters::new(tool, WornCutter::Tool(actual), at_zero()) };
-    let bytes = write_program(path, false)?;
+    let bytes = write_program(path, Form::Iso, BLOCKS)?;
     for (cores, parts) in [("one core", &OneAfterAnother as &dyn SideBySide), ("two", &Threads(2))] {
         let mut seconds = Vec::new();
         let mut moved = 0;
