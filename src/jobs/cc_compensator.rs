@@ -28,7 +28,7 @@ impl Compensator for CutterContactCompensator {
         asked: &process::CcParameters,
         singularity: &SingularityParameters,
         source: &dyn process::ProgramSource,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         spool: &dyn process::StepStore,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,

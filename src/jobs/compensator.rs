@@ -26,7 +26,7 @@ pub trait Compensator: Send + Sync + fmt::Debug {
         asked: &process::CcParameters,
         singularity: &process::SingularityParameters,
         source: &dyn process::ProgramSource,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         spool: &dyn process::StepStore,
         parts: &dyn SideBySide,
         stop: &Stop<'_>,

@@ -37,10 +37,10 @@ impl StepFiles {
 }
 
 impl process::StepStore for StepFiles {
-    fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
+    fn create(&self, place: Place) -> io::Result<Box<dyn Write + Send + '_>> {
         self.at(place, |file| {
             let made = file.insert(self.blobs.scratch()?);
-            Ok(Box::new(made.reopen()?) as Box<dyn Write>)
+            Ok(Box::new(made.reopen()?) as Box<dyn Write + Send>)
         })
     }
 

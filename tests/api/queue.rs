@@ -62,7 +62,7 @@ impl Compensator for Held {
         _asked: &process::CcParameters,
         _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         _spool: &dyn StepStore,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,

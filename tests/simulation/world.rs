@@ -175,7 +175,7 @@ impl Compensator for Capitals {
         _asked: &process::CcParameters,
         _singularity: &SingularityParameters,
         source: &dyn ProgramSource,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         _spool: &dyn StepStore,
         _parts: &dyn SideBySide,
         stop: &Stop<'_>,

@@ -19,6 +19,8 @@ pub struct Sampled {
 
 /// First number of steps.
 const FIRST_STEPS: u32 = 4;
+/// Number of samples that are evaluated at once: as many as the first halving adds.
+const AT_ONCE: usize = FIRST_STEPS as usize;
 /// Number of steps at which a segment without a usable bound is no longer refined.
 const MAX_STEPS: u32 = 1024;
 /// Without a bound: samples are doubled until the maximum changes by less than this share of the tolerance (§2).
@@ -82,9 +84,12 @@ impl<'a, 'b> Samples<'a, 'b> {
             found,
             peak: 0.0,
         };
-        for index in 0..=FIRST_STEPS {
-            let square = samples.evaluate(f64::from(index) / f64::from(FIRST_STEPS));
-            if index == 0 || index == FIRST_STEPS {
+        let first: [f64; FIRST_STEPS as usize + 1] =
+            std::array::from_fn(|index| index as f64 / f64::from(FIRST_STEPS));
+        let found = block.deviations_at(segment, &first);
+        for (index, (s, deviation)) in first.into_iter().zip(found).enumerate() {
+            let square = samples.see(s, deviation);
+            if index == 0 || index == FIRST_STEPS as usize {
                 samples.ends_square_mm2 += square;
             } else {
                 samples.inner_square_mm2 += square;
@@ -96,13 +101,24 @@ impl<'a, 'b> Samples<'a, 'b> {
     /// Adds a sample between every two.
     fn halve(&mut self) {
         self.steps *= 2;
-        for index in (1..self.steps).step_by(2) {
-            self.inner_square_mm2 += self.evaluate(f64::from(index) / f64::from(self.steps));
+        let steps = f64::from(self.steps);
+        // There are at least as many new samples as are evaluated at once, and a power of two of them.
+        for first in (1..self.steps).step_by(2 * AT_ONCE) {
+            let places: [f64; AT_ONCE] =
+                std::array::from_fn(|index| (f64::from(first) + 2.0 * index as f64) / steps);
+            let found = self.block.deviations_at(self.segment, &places);
+            for (s, deviation) in places.into_iter().zip(found) {
+                self.inner_square_mm2 += self.see(s, deviation);
+            }
         }
     }
 
     fn evaluate(&mut self, s: f64) -> f64 {
-        let deviation = self.block.deviation_at(self.segment, s);
+        self.see(s, self.block.deviation_at(self.segment, s))
+    }
+
+    /// Takes the deviation at `s`. Returns its square \[mm²\].
+    fn see(&mut self, s: f64, deviation: Deviation) -> f64 {
         if deviation.distance_mm > self.found.max_mm {
             self.peak = s;
         }

@@ -125,6 +125,23 @@ impl<'a> SourceBlock<'a> {
     pub fn pose_at(&self, segment: &Segment, s: f64) -> ToolPose {
         Station::new(self.machine, &self.kinematics, self.mode, interpolate(&segment.ends, s)).pose
     }
+
+    /// [`Self::pose_at`] at several places, to the same bits.
+    #[must_use]
+    pub(super) fn poses_at<const N: usize>(&self, segment: &Segment, places: &[f64; N]) -> [ToolPose; N] {
+        let joints = places.map(|s| {
+            let words = interpolate(&segment.ends, s);
+            let rotary_rad = rotary_rad(self.machine, words.rotary_deg);
+            Joints { linear_mm: Vec3::from(words.linear_mm), rotary_rad }
+        });
+        let mut poses = self.kinematics.forward_few(&joints);
+        if self.mode == Interpolation::Tcp {
+            for (pose, joints) in poses.iter_mut().zip(&joints) {
+                pose.tip_mm = joints.linear_mm;
+            }
+        }
+        poses
+    }
 }
 
 fn interpolate(ends: &[Station; 2], s: f64) -> AxisWords {

@@ -6,7 +6,7 @@
 use multiversion::multiversion;
 
 use super::lanes::{difference, sum, turn};
-use super::{InstructionSet, Kinematics, ToolPose};
+use super::{InstructionSet, Joints, Kinematics, ToolPose};
 use crate::geometry::trig;
 use crate::machine::Machine;
 
@@ -208,6 +208,26 @@ impl Kinematics {
         }
     }
 
+    /// The poses of a few joints at once. Each equals [`Kinematics::forward`] to the bit, on every instruction set.
+    #[must_use]
+    pub fn forward_few<const N: usize>(&self, joints: &[Joints; N]) -> [ToolPose; N] {
+        let mut input = [[0.0; N]; 5];
+        for (lane, Joints { linear_mm, rotary_rad }) in joints.iter().enumerate() {
+            let [u, v] = self.profile_index;
+            let values = [linear_mm.x, linear_mm.y, linear_mm.z, rotary_rad[u], rotary_rad[v]];
+            for (to, value) in input.iter_mut().zip(values) {
+                to[lane] = value;
+            }
+        }
+        let mut output = [[0.0; N]; 6];
+        forward_avx512(&self.chain(), self.head_axes, &input, &mut output);
+        let [x, y, z, i, j, k] = output;
+        std::array::from_fn(|lane| ToolPose {
+            tip_mm: [x[lane], y[lane], z[lane]].into(),
+            axis: [i[lane], j[lane], k[lane]].into(),
+        })
+    }
+
     fn chain(&self) -> Chain {
         Chain {
             direction: self.screws.map(|screw| screw.direction.into()),
@@ -218,49 +238,54 @@ impl Kinematics {
     }
 }
 
-type Input = [[f64; BLOCK]; 5];
-type Output = [[f64; BLOCK]; 6];
+/// X Y Z \[mm\] and the angles of u and v \[rad\] of `N` lanes.
+type Input<const N: usize> = [[f64; N]; 5];
+/// Tip \[mm\] and axis of `N` lanes.
+type Output<const N: usize> = [[f64; N]; 6];
 
 #[multiversion(targets("x86_64+avx2"))]
-fn forward_avx2(chain: &Chain, head_axes: usize, joints: &Input, poses: &mut Output) {
+fn forward_avx2<const N: usize>(chain: &Chain, head_axes: usize, joints: &Input<N>, poses: &mut Output<N>) {
     forward_block(chain, head_axes, joints, poses);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn forward_avx512(chain: &Chain, head_axes: usize, joints: &Input, poses: &mut Output) {
+fn forward_avx512<const N: usize>(chain: &Chain, head_axes: usize, joints: &Input<N>, poses: &mut Output<N>) {
     forward_block(chain, head_axes, joints, poses);
 }
 
 /// The position of the linear axes in the chain is fixed outside the loop.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn forward_block(chain: &Chain, head_axes: usize, joints: &Input, poses: &mut Output) {
+fn forward_block<const N: usize>(chain: &Chain, head_axes: usize, joints: &Input<N>, poses: &mut Output<N>) {
     match head_axes {
-        0 => forward_loop::<0>(chain, joints, poses),
-        1 => forward_loop::<1>(chain, joints, poses),
-        _ => forward_loop::<2>(chain, joints, poses),
+        0 => forward_loop::<0, N>(chain, joints, poses),
+        1 => forward_loop::<1, N>(chain, joints, poses),
+        _ => forward_loop::<2, N>(chain, joints, poses),
     }
 }
 
-/// `joints` holds X Y Z and the angles of u and v.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn forward_loop<const HEAD_AXES: usize>(chain: &Chain, joints: &Input, poses: &mut Output) {
-    let (mut sin, mut cos) = ([[0.0; BLOCK]; 2], [[0.0; BLOCK]; 2]);
+fn forward_loop<const HEAD_AXES: usize, const N: usize>(
+    chain: &Chain,
+    joints: &Input<N>,
+    poses: &mut Output<N>,
+) {
+    let (mut sin, mut cos) = ([[0.0; N]; 2], [[0.0; N]; 2]);
     for k in 0..2 {
-        for lane in 0..BLOCK {
+        for lane in 0..N {
             (sin[k][lane], cos[k][lane]) = trig::sin_cos(joints[3 + k][lane]);
         }
     }
     let tool = [Machine::TOOL_AXIS.x, Machine::TOOL_AXIS.y, Machine::TOOL_AXIS.z];
-    for lane in 0..BLOCK {
+    for lane in 0..N {
         let turned = turn(chain.direction[1], sin[1][lane], cos[1][lane], tool);
         let axis = turn(chain.direction[0], sin[0][lane], cos[0][lane], turned);
         for k in 0..3 {
             poses[3 + k][lane] = axis[k];
         }
     }
-    for lane in 0..BLOCK {
+    for lane in 0..N {
         let (x, y, z) = (joints[0][lane], joints[1][lane], joints[2][lane]);
         let [cx, cy, cz] = chain.columns;
         let linear: [f64; 3] = std::array::from_fn(|k| cx[k] * x + cy[k] * y + cz[k] * z + chain.offset[k]);

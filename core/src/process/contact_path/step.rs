@@ -25,7 +25,7 @@ pub fn compensate(
     machine: &Machine,
     parameters: &CcParameters,
     source: &dyn ProgramSource,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
     compensate_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
@@ -45,7 +45,7 @@ pub fn compensate_side_by_side(
     machine: &Machine,
     parameters: &CcParameters,
     source: &dyn ProgramSource,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<CcReport, Fault> {
@@ -80,7 +80,7 @@ impl Step for PathStep<'_> {
         &mut self,
         upstream: Upstream<'_>,
         look: Option<&mut dyn Look>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<StepDone, Fault> {

@@ -26,7 +26,7 @@ pub fn compensate_wear(
     machine: &Machine,
     parameters: &WearParameters,
     source: &dyn ProgramSource,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     stop: &Stop<'_>,
 ) -> Result<WearReport, Fault> {
     compensate_wear_side_by_side(machine, parameters, source, output, &OneAfterAnother, stop)
@@ -44,7 +44,7 @@ pub fn compensate_wear_side_by_side(
     machine: &Machine,
     parameters: &WearParameters,
     source: &dyn ProgramSource,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<WearReport, Fault> {
@@ -80,7 +80,7 @@ impl Step for MoveStep<'_> {
         &mut self,
         upstream: Upstream<'_>,
         look: Option<&mut dyn Look>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<StepDone, Fault> {

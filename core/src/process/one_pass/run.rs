@@ -40,7 +40,7 @@ pub fn compensate_program(
     parameters: &CompensationParameters,
     source: &dyn ProgramSource,
     store: &dyn StepStore,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     changes: &mut dyn ChangeSink,
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
@@ -158,7 +158,7 @@ impl Drives<'_> {
     }
 
     /// Copies the written program to its destination.
-    fn hand_on(&self, output: &mut dyn Write) -> Result<(), Fault> {
+    fn hand_on(&self, output: &mut (dyn Write + Send)) -> Result<(), Fault> {
         let mut text = self.store.open(Place::Written)?;
         let mut chunk = vec![0; CHUNK_BYTES];
         loop {

@@ -35,7 +35,7 @@ impl StepList<'_> {
         &mut self,
         upload: &dyn ProgramSource,
         store: &dyn StepStore,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<Vec<StepDone>, Fault> {

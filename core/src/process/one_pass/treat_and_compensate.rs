@@ -29,7 +29,7 @@ pub fn treat_and_compensate(
     singularity: &SingularityParameters,
     source: &dyn ProgramSource,
     store: &dyn StepStore,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     parts: &dyn SideBySide,
     stop: &Stop<'_>,
 ) -> Result<(Option<SingularityReport>, CcReport), Fault> {

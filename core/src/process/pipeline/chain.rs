@@ -25,7 +25,7 @@ pub(in crate::process) trait Step {
         &mut self,
         upstream: Upstream<'_>,
         look: Option<&mut dyn Look>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<StepDone, Fault>;
@@ -93,7 +93,7 @@ pub(in crate::process) fn run_chain(
     mut look: Option<&mut dyn Look>,
     upload: &dyn ProgramSource,
     store: &dyn StepStore,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     note: Note<'_, MotionChange>,
     with: &Resources<'_>,
 ) -> Result<Vec<StepDone>, Fault> {
@@ -106,7 +106,10 @@ pub(in crate::process) fn run_chain(
         let upstream = Upstream { source, lines: to_upload(&done) };
         let look = look.take();
         let mut earlier = noted.map(|place| store.open(place).map(BufReader::new)).transpose()?;
-        let told = if index + 1 == count {
+        let told = if index + 1 == count && earlier.is_none() {
+            // Nothing to join: a motion's changes are handed on without a copy.
+            step.run(upstream, look, output, &mut *note, with)?
+        } else if index + 1 == count {
             let note = &mut |change: &MotionChange| note(&joined(earlier.as_mut(), change)?);
             let told = step.run(upstream, look, output, note, with)?;
             is_used_up(earlier.as_mut().filter(|_| step.notes_motions()))?;

@@ -1,6 +1,6 @@
-//! The driver. Four pieces of work run side by side if threads are free: one stretch of the program is worked on
-//! and written, the next one is prepared, the one after that is read, and the text written before is read back. The
-//! result does not depend on which thread does which work.
+//! The driver. These pieces of work run side by side if threads are free: one stretch of the program is worked on and
+//! written, the next one is prepared, the one after that is read, the text written before is read back, and the text
+//! read back before that is handed over. The result does not depend on which thread does which work.
 
 use std::io::Write;
 
@@ -182,7 +182,7 @@ impl<'a> StepRun<'a> {
         &mut self,
         mut hands: Hands<'_, '_, S>,
         surveyed: &Surveyed<'_>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, <S::Checker as StepCheck>::Outcome>,
         parts: &dyn SideBySide,
     ) -> Result<(), Fault> {
@@ -200,7 +200,7 @@ impl<'a> StepRun<'a> {
     fn go_through<S: StepWork>(
         &mut self,
         hands: &mut Hands<'_, '_, S>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, <S::Checker as StepCheck>::Outcome>,
         parts: &dyn SideBySide,
     ) -> Result<(), Fault> {
@@ -209,6 +209,8 @@ impl<'a> StepRun<'a> {
         prepare.prepare(present);
         let (mut is_of_present, mut is_next_prepared, mut has_ended) = (false, false, false);
         let (mut writing, mut written) = (Outgoing::default(), Outgoing::default());
+        // Text that was read back, and is handed over beside the work of the next round.
+        let mut checked_text = Vec::new();
         while !present.passages.is_empty() || !has_ended || !written.text.is_empty() {
             if stop().is_break() {
                 return Err(Fault::Cancelled);
@@ -221,7 +223,7 @@ impl<'a> StepRun<'a> {
                 }
             }
             let written_of = if is_of_present { &*present } else { &*worked_off };
-            let (mut worked, mut checked, mut filled) = (Ok(true), Ok(()), Ok(()));
+            let (mut worked, mut checked, mut filled, mut handed_over) = (Ok(true), Ok(()), Ok(()), Ok(()));
             // The longest part first: a worker that finishes takes the next part.
             parts.run(vec![
                 Box::new(|| {
@@ -240,6 +242,7 @@ impl<'a> StepRun<'a> {
                     }
                 }),
                 Box::new(|| checked = check.take(&mut written, written_of)),
+                Box::new(|| handed_over = output.write_all(&checked_text)),
                 Box::new(|| {
                     if !is_refused
                         && !is_of_present
@@ -250,7 +253,9 @@ impl<'a> StepRun<'a> {
                 }),
             ]);
             checked?;
-            output.write_all(&written.text)?;
+            handed_over?;
+            checked_text.clear();
+            std::mem::swap(&mut checked_text, &mut written.text);
             check.outcomes().drain(..).try_for_each(|outcome| note(&outcome))?;
             let is_worked_off = worked?;
             filled?;
@@ -271,6 +276,7 @@ impl<'a> StepRun<'a> {
                 is_next_prepared = false;
             }
         }
+        output.write_all(&checked_text)?;
         passages.refusals()?;
         if passages.motions == 0 { Err(Fault::NoMotion) } else { Ok(()) }
     }
@@ -281,7 +287,7 @@ impl<S: StepWork> Hands<'_, '_, S> {
     fn finish(
         &mut self,
         passages: &Passages<'_>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         note: Note<'_, <S::Checker as StepCheck>::Outcome>,
     ) -> Result<(), Fault> {
         let Self { prepare, work, check, look } = self;

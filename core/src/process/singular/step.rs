@@ -34,7 +34,7 @@ pub fn treat_singular_regions(
     cc: &CcParameters,
     singularity: &SingularityParameters,
     source: &dyn ProgramSource,
-    output: &mut dyn Write,
+    output: &mut (dyn Write + Send),
     stop: &Stop<'_>,
 ) -> Result<SingularityReport, Fault> {
     let mut step = SingularStep::new(cc, singularity);
@@ -69,7 +69,7 @@ impl Step for SingularStep<'_> {
         &mut self,
         upstream: Upstream<'_>,
         look: Option<&mut dyn Look>,
-        output: &mut dyn Write,
+        output: &mut (dyn Write + Send),
         _note: Note<'_, MotionChange>,
         with: &Resources<'_>,
     ) -> Result<StepDone, Fault> {

@@ -42,7 +42,7 @@ pub trait StepStore: Sync {
     ///
     /// # Errors
     /// The place cannot be created.
-    fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>>;
+    fn create(&self, place: Place) -> io::Result<Box<dyn Write + Send + '_>>;
 
     /// The content of a place, from its first byte. Its writers were flushed before.
     ///
@@ -86,7 +86,7 @@ impl Write for MemoryWriter<'_> {
 }
 
 impl StepStore for MemoryStepStore {
-    fn create(&self, place: Place) -> io::Result<Box<dyn Write + '_>> {
+    fn create(&self, place: Place) -> io::Result<Box<dyn Write + Send + '_>> {
         let cell = &self.0[place as usize];
         held(cell).clear();
         Ok(Box::new(MemoryWriter(cell)))
