@@ -34,7 +34,7 @@ impl ProgramParameters for CcParameters {
         let singularity = self.singular_regions.to_core(self.singularity);
         let cost = Cost::of_program(sizes.program_length, self.tolerance_um) + sizes.cost_of_part();
         let compensator = Arc::clone(&means.compensator);
-        let steps = 1 + u32::from(self.singularity != SingularityAction::Report);
+        let in_turn = 1 + u32::from(self.singularity != SingularityAction::Report);
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, spool, threads, stop } = place;
             let mut output = place.output()?;
@@ -68,7 +68,7 @@ impl ProgramParameters for CcParameters {
             let report = |provenance, resolved| CcReport { provenance, resolved: Some(resolved), findings };
             Ok(Finished { motions_checked, ..leaving.finish(output, &place, report)? })
         })
-        .in_steps(steps))
+        .with_steps_in_turn(in_turn))
     }
 }
 

@@ -118,7 +118,7 @@ impl ProgramParameters for CompensationParameters {
             let finished = leaving.finish(output, &place, report)?;
             Ok(Finished { changes: Some(changes), motions_checked, ..finished })
         })
-        .in_steps(in_turn))
+        .with_steps_in_turn(in_turn))
     }
 }
 

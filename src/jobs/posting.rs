@@ -1,6 +1,7 @@
 //! Posting of cutter location data, as work on a program.
 
 use super::refusals::{in_words_of_the_wire, of_program};
+use super::stamping::stamped_steps;
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::process;
@@ -50,7 +51,9 @@ impl ProgramParameters for PostingParameters {
             let resolved = Some(on.resolved(&self.statements(), &report.reading)?);
             let findings = PostingFindings::of(&self, &report);
             let report = PostingReport { provenance, resolved, findings };
-            Ok(Finished { output: Some(output), ..Finished::of(&report)? })
+            // The machine program has no stamp of its source, but whatever was done to the source is in it.
+            let steps = Some(stamped_steps(program).map_err(CompensatorFault::Io)?);
+            Ok(Finished { output: Some(output), steps, ..Finished::of(&report)? })
         }))
     }
 }

@@ -5,7 +5,8 @@ use std::io::{self, BufWriter, Read, Write};
 
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
-use crate::program::{Dialect, Stamp, Steps, place_stamp};
+use crate::process::ProgramSource;
+use crate::program::{Dialect, Stamp, Steps, borne_by, place_stamp};
 use crate::store::{Draft, sha256_hex};
 use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName};
 
@@ -13,6 +14,16 @@ use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName}
 const DIGITS: usize = 16;
 /// The part of a program in which the place of its stamp is searched \[bytes\].
 const HEAD_BYTES: u64 = 64 * 1024;
+
+/// The steps that a program's stamps name, as far as stamps are written: in its head.
+///
+/// # Errors
+/// The program cannot be read.
+pub(super) fn stamped_steps(program: &InputFile) -> io::Result<Steps> {
+    let mut head = Vec::new();
+    program.open()?.take(HEAD_BYTES).read_to_end(&mut head)?;
+    Ok(borne_by(&head).steps)
+}
 
 /// A program that is about to be sent.
 pub(super) struct Leaving<'a> {

@@ -224,7 +224,7 @@ type Run = Box<dyn FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
 /// Work with checked parameters.
 pub struct Prepared {
     cost: Cost,
-    steps: u32,
+    steps_in_turn: u32,
     run: Run,
 }
 
@@ -239,12 +239,12 @@ impl Prepared {
         cost: Cost,
         run: impl FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
     ) -> Self {
-        Self { cost, steps: 1, run: Box::new(run) }
+        Self { cost, steps_in_turn: 1, run: Box::new(run) }
     }
 
-    /// The same, for work in which `steps` steps take the program one after the other.
-    pub(super) fn in_steps(self, steps: u32) -> Self {
-        Self { steps: steps.max(1), ..self }
+    /// The same, for work in which so many steps take the program one after the other.
+    pub(super) fn with_steps_in_turn(self, steps_in_turn: u32) -> Self {
+        Self { steps_in_turn: steps_in_turn.max(1), ..self }
     }
 }
 
@@ -301,8 +301,8 @@ impl ProgramWork {
     }
 
     /// The number of steps that take the program one after the other.
-    pub(super) fn steps(&self) -> u32 {
-        self.prepared.steps
+    pub(super) fn steps_in_turn(&self) -> u32 {
+        self.prepared.steps_in_turn
     }
 
     /// Does the work, to its end or until its place stops it.

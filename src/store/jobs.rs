@@ -41,7 +41,8 @@ pub struct NewJob {
     pub report: String,
     /// Digest of the report.
     pub report_sha256: String,
-    /// The steps that changed the program, separated by commas; `None` if the operation has no steps.
+    /// The steps behind the output, of this job and of earlier ones, separated by commas; `None` if the operation
+    /// writes no program.
     pub steps: Option<String>,
     /// Number of motions that were checked in a compensated program.
     pub motions_checked: Option<i64>,
@@ -259,7 +260,7 @@ impl Store {
         unless_key_taken(added)
     }
 
-    /// The steps that made a program with this digest from another program, on any of these machines if there is a
+    /// The steps behind a program with this digest, if jobs made it from another program, on any of these machines if there is a
     /// list; the steps of each job are separated by commas.
     ///
     /// # Errors

@@ -83,7 +83,8 @@ pub enum Ending {
         output_sha256: Option<String>,
         /// Digest of the table of changes.
         changes_sha256: Option<String>,
-        /// The steps that changed the program, separated by commas; `None` if the operation has no steps.
+        /// The steps behind the output, of this job and of earlier ones, separated by commas; `None` if the
+        /// operation writes no program.
         steps: Option<String>,
         /// Number of motions that were checked in a compensated program.
         motions_checked: Option<i64>,

@@ -118,8 +118,9 @@ pub struct WearParameters {
     #[serde(default)]
     #[schema(default = "comment")]
     pub stamp: StampForm,
-    /// Apply the steps `cc` and `singularity` again to a program that already has their stamp. Steps that
-    /// move ends are never repeated.
+    /// Apply the steps `cc` and `singularity` again to a program that already has their stamp, or is an earlier
+    /// answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
+    /// repeated.
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,

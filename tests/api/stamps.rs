@@ -215,6 +215,29 @@ async fn a_stored_output_is_known_by_its_digest_where_it_bears_no_stamp() {
 }
 
 #[tokio::test]
+async fn a_step_without_a_stamp_is_known_through_the_jobs_that_came_after_it() {
+    let app = spawn().await;
+    let worn = app.program("one", WEAR, &format!("{WEAR_QUERY}&stamp=none"), BLADE).await;
+    for query in [CC_QUERY.to_owned(), format!("{CC_QUERY}&stamp=none")] {
+        let query = format!("{query}&tolerance_um=0.5");
+        let corrected = app.program("one", CC, &query, &worn).await;
+        assert_ne!(corrected, worn);
+        assert!(!corrected.contains("wear"), "the second stamp tells only the second step");
+        for (_, operation, query) in STEPS.into_iter().filter(|(step, ..)| *step == "wear") {
+            is_done(app.operate("two", operation, query, &corrected, "*/*").await, "wear").await;
+        }
+        let order = order("one", CC, "cc");
+        let job = ended(&app, &accepted(&app, &order, &corrected).await).await;
+        assert_eq!(job["problem"]["type"], "/problems/already-compensated", "{job}");
+    }
+    // A queued job in the middle carries it on as well.
+    let posted = ended(&app, &accepted(&app, &order("one", CC, "cc"), &worn).await).await;
+    let output = app.get(&format!("/v1/jobs/{}/program", posted["id"].as_str().unwrap())).await;
+    let corrected = output.text().await.unwrap();
+    is_done(app.operate("one", WEAR, WEAR_QUERY, &corrected, "*/*").await, "wear").await;
+}
+
+#[tokio::test]
 async fn a_key_is_not_told_what_was_made_on_machines_out_of_its_reach() {
     let mut app = spawn().await;
     app.close().await;

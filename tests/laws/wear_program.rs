@@ -325,6 +325,13 @@ fn a_block_that_only_turned_keeps_its_time_when_it_gains_a_path() {
         "{:?}",
         plain(&parameters, &unknown)
     );
+    // F0 and a negative F are no speed, so no lower one can be written.
+    for feed in ["F0.", "F-720."] {
+        let no_speed = text.replace("G65 P9010\n", "").replace("F720.", feed);
+        let Err(Fault::Lines(faults)) = plain(&parameters, &no_speed) else { panic!("{feed}") };
+        assert_eq!((faults.total, faults.kept[0].line), (1, 3), "{faults:?}");
+        assert!(matches!(faults.kept[0].kind, LineFaultKind::FeedTooSmall { .. }), "{faults:?}");
+    }
     // A call behind a moved point starts from where the source never was.
     let Err(Fault::Lines(faults)) = plain(&parameters, text) else { panic!("a call behind a moved point") };
     assert_eq!((faults.total, faults.kept[0].line), (1, 5));

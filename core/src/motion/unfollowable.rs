@@ -200,7 +200,7 @@ impl Unfollowable {
             Self::OffsetHere => "Select the work offset by G15 in a block before",
             Self::CannedCycle => "End the cycle before this motion, or post the motions of the cycle",
             Self::Spline => "Post it as lines",
-            Self::SpecialMotion => "Put the motion into a program of its own",
+            Self::SpecialMotion => "Post it as plain lines; put a thread into a program of its own",
             Self::Probing => "Probe in a program of its own",
             Self::Reference => "Post the place with axis words",
             Self::Call => "Replace the call by the blocks that it runs",

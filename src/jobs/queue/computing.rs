@@ -110,33 +110,34 @@ impl Shared {
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
         let parameters = document.parameters.to_string();
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
-        job.follow(&program, work.steps());
+        job.follow(&program, work.steps_in_turn());
         let place = self.place(claimed, job).await?;
         let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
         let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
         let (spool, marks, id, is_alone) =
             (self.spool.clone(), self.marks.clone(), document.id.clone(), alone.is_some());
-        let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<Finished, JobFault> {
+        let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
             let _memory = memory;
             let _mark = marks.set(&id, is_alone).map_err(CompensatorFault::Io)?;
             let place =
                 Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
             let finished = work.run(place);
+            let behind = finished.as_ref().ok().and_then(|finished| finished.steps_behind(&program));
             // Whatever the result: bytes that changed during the work are the reason.
             for input in [Some(&program), surface.as_ref()].into_iter().flatten() {
                 input.is_unchanged().map_err(|damaged| BlobFault::from(spool.blobs().noted(damaged)))?;
             }
-            finished
+            Ok((finished?, behind))
         };
         let computed = self.compute.run_at(place, job.stop.clone(), worked);
-        let Finished { report, output, changes, steps, motions_checked } =
-            self.at_most_for_a_while_alone(claimed, alone, computed).await??;
+        let (finished, steps) = self.at_most_for_a_while_alone(claimed, alone, computed).await??;
+        let Finished { report, output, changes, motions_checked, .. } = finished;
         let digest = |draft: &Option<crate::store::Draft>| draft.as_ref().map(crate::store::Draft::sha256);
         let ending = Ending::Succeeded {
             report_sha256: sha256_hex(report.as_bytes()),
             output_sha256: digest(&output),
             changes_sha256: digest(&changes),
-            steps: steps.map(|steps| steps.to_string()),
+            steps,
             motions_checked: in_rows(motions_checked),
             report,
         };

@@ -48,7 +48,7 @@ impl LeftOutReason {
             Self::Arc => Some("Post it as lines"),
             Self::UnknownArc(_) | Self::NoFeed => None,
             Self::PositionUnknown => Some("Program all axes before the motion, or state them in `start`"),
-            Self::OtherTool => Some("Put the tool into the machine's tool table"),
+            Self::OtherTool => Some("Correct `tool_number`, or put the tool into the machine's tool table"),
         }
     }
 

@@ -109,9 +109,9 @@ pub enum Fault {
     /// The drives cannot run the program.
     #[error(transparent)]
     Servo(#[from] ServoFault),
-    /// The program already has the stamp of the step asked for.
+    /// The step asked for was done to the program before, as its stamp or an earlier job says.
     #[error(
-        "the program has the stamp of the step `{step}`, so the step was done before{}",
+        "the step `{step}` was done to this program before{}",
         if step.may_be_repeated() { "; to do it again, set allow_repeated=true" } else { ". A second time would move every end twice. Send the program from before that step" }
     )]
     AlreadyCompensated {

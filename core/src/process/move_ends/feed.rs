@@ -18,7 +18,7 @@ pub(super) fn lowered_feed(
     written: [&AxisWords; 2],
     has_feed_column: bool,
 ) -> Result<Option<NewWord>, LineFaultKind> {
-    let Feed { mode, value, .. } = motion.feed;
+    let Feed { mode, value, raw, .. } = motion.feed;
     let (Some(start), Some(end)) = (&motion.start, &motion.end) else { return Ok(None) };
     if motion.kind != MotionKind::Linear || mode == Some(FeedMode::InverseTime) || !has_feed_column {
         return Ok(None);
@@ -26,16 +26,15 @@ pub(super) fn lowered_feed(
     let [before, after] = [[start, end], written].map(|ends| BlockTime::of_words(ends, motion.mm_per_unit));
     // In G95 the same lengths count, per turn of the spindle.
     let share = feed_word(mode.unwrap_or(FeedMode::PerMinute), 1.0, &before, &after, 1.0);
-    if share.is_none_or(|share| share >= 1.0 - TIME_ROUNDING) {
-        return Ok(None);
-    }
+    let Some(share) = share.filter(|share| *share < 1.0 - TIME_ROUNDING) else { return Ok(None) };
     if value.is_none() {
         let changes = before.is_purely_rotary() != after.is_purely_rotary();
         return if changes { Err(LineFaultKind::FeedUnknown) } else { Ok(None) };
     }
     // The new F is lower than the source's, so no limit is asked.
     match feed_in_time(motion, [&before, &after], 1.0, None) {
-        None => Ok(None),
+        // F0 and a negative F are no speed, and no share of them is one.
+        None => Err(LineFaultKind::FeedTooSmall { feed: raw * share, min: MIN_FEED }),
         Some(FeedInTime::TooLow(feed)) => Err(LineFaultKind::FeedTooSmall { feed, min: MIN_FEED }),
         Some(FeedInTime::Fits(feed) | FeedInTime::TooHigh(feed)) => {
             Ok(Some(rounded_feed(&motion.feed, feed)))
