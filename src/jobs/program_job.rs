@@ -67,8 +67,7 @@ pub async fn run_program_job(
             InputFile::of(&job.program).map_err(CompensatorFault::Io)?.with_steps_done(job.steps_done);
         let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
         let finished = job.work.run(place)?;
-        let steps = finished.steps_behind(&program);
-        let Finished { report, output, changes, motions_checked, .. } = finished;
+        let Finished { report, output, changes, steps, motions_checked } = finished;
         if stop().is_break() {
             return Err(CompensatorFault::Cancelled.into());
         }
@@ -100,7 +99,7 @@ pub async fn run_program_job(
             file_name: job.file_name,
             report,
             report_sha256,
-            steps,
+            steps: steps.map(|steps| steps.to_string()),
             motions_checked: in_rows(motions_checked),
         };
         Ok((drafts, new, job.used))

@@ -300,7 +300,7 @@ impl ProgramWork {
         by_operation(operation, Read(parameters, on, sizes, means))
     }
 
-    /// The number of steps that take the program one after the other.
+    /// How many steps take the program in turn.
     pub(super) fn steps_in_turn(&self) -> u32 {
         self.prepared.steps_in_turn
     }
@@ -310,6 +310,7 @@ impl ProgramWork {
     /// # Errors
     /// The reason why there is no result.
     pub fn run(self, place: Workplace<'_>) -> Result<Finished, JobFault> {
-        (self.prepared.run)(place)
+        let finished = (self.prepared.run)(place)?;
+        Ok(Finished { steps: finished.steps.map(|steps| steps.and(place.program.steps_done)), ..finished })
     }
 }

@@ -52,7 +52,8 @@ pub struct Finished {
     pub output: Option<Draft>,
     /// The table of changes, if the operation makes one.
     pub changes: Option<Draft>,
-    /// The steps that changed the program, if the operation writes a program.
+    /// All steps behind the written program, if the operation writes one: those of this work, and those that its input
+    /// was known to have. So a step is known however many jobs ago it was done.
     pub steps: Option<Steps>,
     /// Number of motions that were checked in a compensated program.
     pub motions_checked: Option<u64>,
@@ -63,11 +64,5 @@ impl Finished {
     pub(super) fn of(report: &impl serde::Serialize) -> Result<Self, JobFault> {
         let report = serde_json::to_string(report)?;
         Ok(Self { report, output: None, changes: None, steps: None, motions_checked: None })
-    }
-
-    /// The steps behind the written program, as the store keeps them: those of this work, and those that its input was
-    /// known to have. So a step is known however many jobs ago it was done.
-    pub(super) fn steps_behind(&self, input: &InputFile) -> Option<String> {
-        self.steps.map(|steps| steps.and(input.steps_done).to_string())
     }
 }

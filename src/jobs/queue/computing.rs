@@ -122,22 +122,21 @@ impl Shared {
             let place =
                 Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
             let finished = work.run(place);
-            let behind = finished.as_ref().ok().and_then(|finished| finished.steps_behind(&program));
             // Whatever the result: bytes that changed during the work are the reason.
             for input in [Some(&program), surface.as_ref()].into_iter().flatten() {
                 input.is_unchanged().map_err(|damaged| BlobFault::from(spool.blobs().noted(damaged)))?;
             }
-            Ok((finished?, behind))
+            finished
         };
         let computed = self.compute.run_at(place, job.stop.clone(), worked);
-        let (finished, steps) = self.at_most_for_a_while_alone(claimed, alone, computed).await??;
-        let Finished { report, output, changes, motions_checked, .. } = finished;
+        let finished = self.at_most_for_a_while_alone(claimed, alone, computed).await??;
+        let Finished { report, output, changes, steps, motions_checked } = finished;
         let digest = |draft: &Option<crate::store::Draft>| draft.as_ref().map(crate::store::Draft::sha256);
         let ending = Ending::Succeeded {
             report_sha256: sha256_hex(report.as_bytes()),
             output_sha256: digest(&output),
             changes_sha256: digest(&changes),
-            steps,
+            steps: steps.map(|steps| steps.to_string()),
             motions_checked: in_rows(motions_checked),
             report,
         };
