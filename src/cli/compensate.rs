@@ -2,10 +2,12 @@
 //! file.
 
 use std::fs::{self, File, Permissions};
-use std::io::{self, Read};
+use std::io::{self, BufWriter, Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use tempfile::NamedTempFile;
 
 use clap::Args;
 
@@ -125,7 +127,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
         let worked = compute.run_in_parts(move |threads, stop| {
             let _memory = memory;
             let surface = surface.as_ref();
-            work.run(Workplace { program: &program, surface, spool: &spool, threads, stop })
+            work.run(Workplace::new(&program, surface, &spool, threads, stop))
         });
         tokio::select! {
             worked = worked => match worked {
@@ -144,11 +146,13 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     }
     for (made, path) in [(output, &arguments.output), (changes, &arguments.changes)] {
         if let (Some(made), Some(path)) = (made, path) {
-            let mut source = File::open(made.path()).map_err(at("reading", made.path()))?;
-            write_whole(path, &mut source)?;
+            write_whole(path, |file| moved_or_copied(made.path(), file))?;
         }
     }
-    arguments.report.as_ref().map_or(Ok(()), |path| write_whole(path, &mut report.as_bytes()))
+    arguments
+        .report
+        .as_ref()
+        .map_or(Ok(()), |path| write_whole(path, |file| file.write_all(report.as_bytes())))
 }
 
 /// Parameters as they are given.
@@ -250,17 +254,20 @@ fn profile_alone(text: Vec<u8>) -> (Vec<u8>, Option<String>, i64) {
     (text, machine_id, revision.unwrap_or_default())
 }
 
+/// Bytes that are gathered before they are written \[bytes\].
+const GATHERED_BYTES: usize = 1 << 18;
+
 /// A file copied to a place where nobody changes it during the work, up to the limit of a setting.
 fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) -> Result<Draft, CommandFault> {
-    let mut draft = blobs.draft()?.within(limit_bytes);
+    let mut draft = BufWriter::with_capacity(GATHERED_BYTES, blobs.draft()?.within(limit_bytes));
     let copied = if path == Path::new("-") {
         io::copy(&mut io::stdin().lock(), &mut draft)
     } else {
         let mut file = File::open(path).map_err(at("opening", path))?;
         io::copy(&mut file, &mut draft)
     };
-    match copied {
-        Ok(_bytes) => Ok(draft),
+    match copied.and_then(|_bytes| draft.into_inner().map_err(io::IntoInnerError::into_error)) {
+        Ok(draft) => Ok(draft),
         Err(fault) if is_over_its_limit(&fault) => {
             Err(CommandFault::TooLarge { path: path.to_owned(), limit_bytes, setting })
         }
@@ -268,8 +275,22 @@ fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) ->
     }
 }
 
+/// Gives the new file the content of a result: its very bytes if it is on the same file system, otherwise a copy.
+fn moved_or_copied(result: &Path, file: &mut NamedTempFile) -> io::Result<()> {
+    let permissions = file.as_file().metadata()?.permissions();
+    let moved = fs::set_permissions(result, permissions).and_then(|()| fs::rename(result, file.path()));
+    if moved.is_ok() {
+        *file.as_file_mut() = File::open(file.path())?;
+        return Ok(());
+    }
+    io::copy(&mut File::open(result)?, file.as_file_mut()).map(drop)
+}
+
 /// Writes a file completely or not at all: first to a temporary file beside it, then to its name.
-fn write_whole(path: &Path, source: &mut dyn io::Read) -> Result<(), CommandFault> {
+fn write_whole(
+    path: &Path,
+    write: impl FnOnce(&mut NamedTempFile) -> io::Result<()>,
+) -> Result<(), CommandFault> {
     let folder = folder_of(path);
     // The permissions of an ordinary new file, not those of a temporary file.
     let mut file = tempfile::Builder::new()
@@ -277,7 +298,7 @@ fn write_whole(path: &Path, source: &mut dyn io::Read) -> Result<(), CommandFaul
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(folder)
         .map_err(at("making a file beside", path))?;
-    io::copy(source, &mut file).map_err(at("writing", path))?;
+    write(&mut file).map_err(at("writing", path))?;
     file.as_file().sync_all().map_err(at("synchronising", path))?;
     file.persist(path).map_err(|fault| at("writing", path)(fault.error))?;
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(at("synchronising", folder))

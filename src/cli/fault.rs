@@ -122,7 +122,11 @@ fn is_refusal(fault: &JobFault) -> bool {
         | JobFault::PartSurface(_)
         | JobFault::Compensator(CompensatorFault::Refused(_)) => true,
         JobFault::Compensator(CompensatorFault::Io(fault)) => is_over_its_limit(fault),
-        JobFault::Compensator(CompensatorFault::Cancelled | CompensatorFault::VerificationFailed { .. })
+        JobFault::Compensator(
+            CompensatorFault::Cancelled
+            | CompensatorFault::VerificationFailed { .. }
+            | CompensatorFault::HeadMisled,
+        )
         | JobFault::Compute(
             ComputeFault::Busy | ComputeFault::Memory(_) | ComputeFault::NoShare(_) | ComputeFault::Panicked,
         )

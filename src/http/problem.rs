@@ -428,7 +428,9 @@ impl From<CompensatorFault> for Problem {
             CompensatorFault::Refused(refusal) => *refusal,
             CompensatorFault::Cancelled => return Self::new(ProblemType::TimedOut, fault.to_string()),
             CompensatorFault::Io(fault) => return fault.into(),
-            CompensatorFault::VerificationFailed { .. } => return Self::internal(&fault),
+            CompensatorFault::VerificationFailed { .. } | CompensatorFault::HeadMisled => {
+                return Self::internal(&fault);
+            }
         };
         let kind = match refusal.class {
             RefusalClass::Program => ProblemType::ProgramFault,

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use super::cc_compensator::core_parameters;
 use super::part_surface::part_surface;
-use super::stamping::Leaving;
+use super::stamping::{Leaving, Stamping};
 use super::step_files::StepFiles;
 use super::workplace::{Finished, Workplace};
 use super::{Compensated, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
-use crate::process::ProgramSetup;
+use crate::process::{ProgramReading, ProgramSetup};
 use crate::program::{StepName, Steps};
 use crate::wire::{CcParameters, CcReport, Contact, Fault, FaultList, JobOperation, SingularityAction};
 
@@ -36,10 +36,17 @@ impl ProgramParameters for CcParameters {
         let compensator = Arc::clone(&means.compensator);
         let in_turn = 1 + u32::from(self.singularity != SingularityAction::Report);
         Ok(Prepared::new(cost, move |place| {
-            let Workplace { program, surface, spool, threads, stop } = place;
-            let mut output = place.output()?;
+            let Workplace { program, surface, spool, threads, stop, survey } = place;
             asked.program.steps_done = program.steps_done;
+            asked.program.survey = survey;
             asked.part = part_surface(surface, &self.surface_reading(), stop)?;
+            let resolve = |reading: &ProgramReading| {
+                let resolved = on.resolved(&self.statements(), reading)?;
+                Ok(resolved.with_max_feed(self.max_feed_mm_per_min, &on.statements))
+            };
+            let stamping =
+                Stamping { on: &on, operation: Self::OPERATION, parameters: &parameters, form: self.stamp };
+            let mut output = stamping.output(&place, self.steps(), &asked.program, &resolve)?;
             let resting = StepFiles::new(spool.blobs().clone(), program);
             let Compensated { findings, dialect, steps, reading } = compensator.compensate(
                 &on.machine,
@@ -52,21 +59,10 @@ impl ProgramParameters for CcParameters {
                 stop,
             )?;
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let resolved = on
-                .resolved(&self.statements(), &reading)?
-                .with_max_feed(self.max_feed_mm_per_min, &on.statements);
-            let leaving = Leaving {
-                on: &on,
-                operation: Self::OPERATION,
-                parameters: &parameters,
-                resolved,
-                form: self.stamp,
-                dialect,
-                steps,
-            };
+            let leaving = Leaving { output, resolved: resolve(&reading)?, dialect, steps };
             let motions_checked = Some(findings.motions_checked);
             let report = |provenance, resolved| CcReport { provenance, resolved: Some(resolved), findings };
-            Ok(Finished { motions_checked, ..leaving.finish(output, &place, report)? })
+            Ok(Finished { motions_checked, ..stamping.finish(leaving, &place, report)? })
         })
         .with_steps_in_turn(in_turn))
     }

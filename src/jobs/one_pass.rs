@@ -5,14 +5,14 @@ use super::cc_compensator::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
 use super::program_figure::{drawn, points_of};
 use super::refusals::in_words_of_the_wire;
-use super::stamping::Leaving;
+use super::stamping::{Leaving, Stamping};
 use super::step_files::StepFiles;
 use super::wear_program::{findings as wear_findings, missing_from_table};
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::{DeviationFigure, DeviationPoint};
-use crate::process::{self, CcStep, ProgramSetup, ServoStep, WarningKind, WearStep};
+use crate::process::{self, CcStep, ProgramReading, ProgramSetup, ServoStep, WarningKind, WearStep};
 use crate::program::{StepName, Steps};
 use crate::wire::{
     self, ChangeTable, ChangesDoc, CompensationFindings, CompensationParameters, CompensationReport, Contact,
@@ -75,10 +75,21 @@ impl ProgramParameters for CompensationParameters {
         let length = sizes.program_length;
         let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
         Ok(Prepared::new(steps + sizes.cost_of_part(), move |place| {
-            let Workplace { program, surface, spool, threads, stop } = place;
+            let Workplace { program, surface, spool, threads, stop, survey } = place;
             core.program.steps_done = program.steps_done;
+            core.program.survey = survey;
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
-            let mut output = place.output()?;
+            // Errors of a table do not depend on the tool, so the sections of all tools are posted again.
+            let is_posted = self.location_errors && !on.has_head_axis();
+            let resolve = |reading: &ProgramReading| {
+                let statements = Statements { tool_number: self.tool(), ..self.statements() };
+                let resolved = on.resolved(&statements, reading)?;
+                let resolved = resolved.with_max_feed(self.max_feed_mm_per_min, &on.statements);
+                Ok(if is_posted { resolved.whatever_the_tool() } else { resolved })
+            };
+            let stamping =
+                Stamping { on: &on, operation: Self::OPERATION, parameters: &parameters, form: self.stamp };
+            let mut output = stamping.output(&place, self.steps(), &core.program, &resolve)?;
             let mut changes = ChangeTable::new(place.output()?)
                 .map_err(|fault| CompensatorFault::Io(fault_of_table(fault)))?;
             let resting = StepFiles::new(spool.blobs().clone(), program);
@@ -96,26 +107,12 @@ impl ProgramParameters for CompensationParameters {
             let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
             let findings = findings(&self, changes.sha256(), &done);
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let statements = Statements { tool_number: self.tool(), ..self.statements() };
-            let resolved = on
-                .resolved(&statements, &done.reading)?
-                .with_max_feed(self.max_feed_mm_per_min, &on.statements);
-            // Errors of a table do not depend on the tool, so the sections of all tools are posted again.
-            let is_posted = self.location_errors && !on.has_head_axis();
-            let resolved = if is_posted { resolved.whatever_the_tool() } else { resolved };
-            let leaving = Leaving {
-                on: &on,
-                operation: Self::OPERATION,
-                parameters: &parameters,
-                resolved,
-                form: self.stamp,
-                dialect: done.dialect,
-                steps: done.steps,
-            };
+            let (dialect, steps) = (done.dialect, done.steps);
+            let leaving = Leaving { output, resolved: resolve(&done.reading)?, dialect, steps };
             let motions_checked = Some(motions_checked(&findings));
             let report =
                 |provenance, resolved| CompensationReport { provenance, resolved: Some(resolved), findings };
-            let finished = leaving.finish(output, &place, report)?;
+            let finished = stamping.finish(leaving, &place, report)?;
             Ok(Finished { changes: Some(changes), motions_checked, ..finished })
         })
         .with_steps_in_turn(in_turn))

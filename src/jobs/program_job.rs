@@ -65,7 +65,7 @@ pub async fn run_program_job(
         let surface = job.surface.as_ref().map(InputFile::of).transpose().map_err(CompensatorFault::Io)?;
         let program =
             InputFile::of(&job.program).map_err(CompensatorFault::Io)?.with_steps_done(job.steps_done);
-        let place = Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
+        let place = Workplace::new(&program, surface.as_ref(), &spool, threads, stop);
         let finished = job.work.run(place)?;
         let Finished { report, output, changes, steps, motions_checked } = finished;
         if stop().is_break() {

@@ -49,6 +49,9 @@ pub enum CompensatorFault {
     /// The caller does not need the answer any more.
     #[error("cancelled")]
     Cancelled,
+    /// The rest of the program shows what its head did not: it has to be surveyed whole.
+    #[error("the beginning of the program does not show all that its rest shows")]
+    HeadMisled,
     /// A file could not be read or written.
     #[error("program text: {0}")]
     Io(#[from] std::io::Error),
@@ -60,6 +63,18 @@ pub enum CompensatorFault {
         /// What differs.
         what: &'static str,
     },
+}
+
+impl CompensatorFault {
+    /// Whether the same work may end differently after a survey of the whole program.
+    pub(super) fn may_come_from_the_head(&self) -> bool {
+        match self {
+            Self::HeadMisled | Self::VerificationFailed { .. } => true,
+            // The limit would be reached again.
+            Self::Refused(refusal) => refusal.class != RefusalClass::TooCostly,
+            Self::Cancelled | Self::Io(_) => false,
+        }
+    }
 }
 
 /// A fault of the core for the client.
@@ -108,9 +123,10 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         }
         process::Fault::TooCostly { .. } => plain(RefusalClass::TooCostly, None, Vec::new()),
         process::Fault::Unwritable { line, .. } => program(Some(*line)),
-        process::Fault::VerificationFailed { .. } | process::Fault::Cancelled | process::Fault::Io(_) => {
-            return None;
-        }
+        process::Fault::VerificationFailed { .. }
+        | process::Fault::HeadMisled
+        | process::Fault::Cancelled
+        | process::Fault::Io(_) => return None,
     })
 }
 
@@ -120,6 +136,7 @@ fn other(fault: process::Fault) -> CompensatorFault {
             CompensatorFault::VerificationFailed { line, what }
         }
         process::Fault::Io(fault) => CompensatorFault::Io(fault),
+        process::Fault::HeadMisled => CompensatorFault::HeadMisled,
         _ => CompensatorFault::Cancelled,
     }
 }

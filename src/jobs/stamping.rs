@@ -1,18 +1,18 @@
 //! The stamp of a changed program: one comment that states what was done to it.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
-use crate::process::ProgramSource;
-use crate::program::{Dialect, Stamp, Steps, borne_by, place_stamp};
+use crate::process::{Interpretation, ProgramReading, ProgramSetup, ProgramSource, interpret_program};
+use crate::program::{Dialect, Stamp, StampPlace, Steps, borne_by, place_stamp};
 use crate::store::{Draft, sha256_hex};
 use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName};
 
 /// Digits of a digest in a stamp.
 const DIGITS: usize = 16;
-/// The part of a program in which the place of its stamp is searched \[bytes\].
+/// The head of a program, in which the place of its stamp is searched \[bytes\].
 const HEAD_BYTES: u64 = 64 * 1024;
 
 /// The steps that a program's stamps name, as far as stamps are written: in its head.
@@ -25,77 +25,174 @@ pub(super) fn stamped_steps(program: &InputFile) -> io::Result<Steps> {
     Ok(borne_by(&head).steps)
 }
 
-/// A program that is about to be sent.
-pub(super) struct Leaving<'a> {
+/// How the programs of one piece of work are stamped.
+pub(super) struct Stamping<'a> {
     pub(super) on: &'a MachineUsed,
     pub(super) operation: JobOperation,
     /// Parameters with their defaults filled in.
     pub(super) parameters: &'a serde_json::Value,
-    pub(super) resolved: ResolvedInputs,
     pub(super) form: StampForm,
+}
+
+/// The inputs that follow from how a program was read.
+pub(super) type Resolve<'r> = &'r dyn Fn(&ProgramReading) -> Result<ResolvedInputs, CompensatorFault>;
+
+/// A program that was written, and that is about to be sent.
+pub(super) struct Leaving {
+    pub(super) output: StampedOutput,
+    pub(super) resolved: ResolvedInputs,
     pub(super) dialect: Dialect,
+    /// The steps that changed something.
     pub(super) steps: Steps,
 }
 
-impl Leaving<'_> {
+impl Stamping<'_> {
+    /// A new output. If the text is longer than the head, the stamp has to be known before the work ends. `steps` are
+    /// those asked for; they and the head of the program tell which stamp to expect.
+    pub(super) fn output(
+        &self,
+        place: &Workplace<'_>,
+        steps: Steps,
+        setup: &ProgramSetup,
+        resolve: Resolve<'_>,
+    ) -> Result<StampedOutput, JobFault> {
+        let is_long = self.form != StampForm::None && place.program.length > HEAD_BYTES;
+        let expected = if is_long { self.expected(place, steps, setup, resolve)? } else { None };
+        Ok(StampedOutput { draft: place.output()?, head: Vec::new(), expected, written: None })
+    }
+
+    /// The stamp that the whole program will probably get, as far as its head can be understood.
+    fn expected(
+        &self,
+        place: &Workplace<'_>,
+        steps: Steps,
+        setup: &ProgramSetup,
+        resolve: Resolve<'_>,
+    ) -> Result<Option<(Dialect, Stamp)>, JobFault> {
+        let mut head = Vec::new();
+        let opened = place.program.open().and_then(|text| text.take(HEAD_BYTES).read_to_end(&mut head));
+        opened.map_err(CompensatorFault::Io)?;
+        head.truncate(memchr::memrchr(b'\n', &head).map_or(0, |end| end + 1));
+        let seen = interpret_program(&self.on.machine, setup, &head, &mut |_| Ok(()), place.stop);
+        // A head that cannot be followed alone is no fault of the program.
+        let Ok(Interpretation { dialect, reading, .. }) = seen else { return Ok(None) };
+        let Ok(resolved) = resolve(&reading) else { return Ok(None) };
+        Ok(Some((dialect, self.stamp(place.program, steps, &resolved)?)))
+    }
+
     /// The result of the work: the program with its stamp, and the report that `report` makes of the program's origin
     /// and the inputs. A program that nothing changed stays as it came.
     pub(super) fn finish<R: serde::Serialize>(
-        self,
-        output: BufWriter<Draft>,
+        &self,
+        leaving: Leaving,
         place: &Workplace<'_>,
         report: impl FnOnce(Provenance, ResolvedInputs) -> R,
     ) -> Result<Finished, JobFault> {
-        let output = written(output)?;
-        let output = if self.steps.is_empty() || self.form == StampForm::None {
-            output
+        let Leaving { output, resolved, dialect, steps } = leaving;
+        let stamp = if steps.is_empty() || self.form == StampForm::None {
+            None
         } else {
-            self.with_stamp(place.program, output, place)?
+            Some(self.stamp(place.program, steps, &resolved)?)
         };
-        let provenance = Provenance {
-            steps: Some(StepName::all_of(self.steps)),
-            ..self.on.provenance(place.program, &output)
-        };
-        let report = report(provenance, self.resolved);
-        Ok(Finished { output: Some(output), steps: Some(self.steps), ..Finished::of(&report)? })
+        let output = output.with_stamp(dialect, stamp.as_ref(), place)?;
+        let provenance =
+            Provenance { steps: Some(StepName::all_of(steps)), ..self.on.provenance(place.program, &output) };
+        let report = report(provenance, resolved);
+        Ok(Finished { output: Some(output), steps: Some(steps), ..Finished::of(&report)? })
     }
 
-    fn with_stamp(
-        &self,
-        program: &InputFile,
-        output: Draft,
-        place: &Workplace<'_>,
-    ) -> Result<Draft, JobFault> {
-        let mut file = File::open(output.path()).map_err(CompensatorFault::Io)?;
-        let mut head = Vec::new();
-        (&mut file).take(HEAD_BYTES).read_to_end(&mut head).map_err(CompensatorFault::Io)?;
-        let stamp = self.stamp(program)?;
-        let Some(stands) = place_stamp(&head, self.dialect, &stamp) else { return Ok(output) };
-        let mut stamped = place.output()?;
-        let (before, after) = head.split_at(stands.offset.min(head.len()));
-        let mut write = || -> io::Result<()> {
-            stamped.write_all(before)?;
-            stamped.write_all(&stands.line)?;
-            stamped.write_all(after)?;
-            io::copy(&mut file, &mut stamped).map(|_bytes| ())
-        };
-        write().map_err(CompensatorFault::Io)?;
-        written(stamped)
-    }
-
-    fn stamp(&self, program: &InputFile) -> Result<Stamp, JobFault> {
+    fn stamp(&self, program: &InputFile, steps: Steps, resolved: &ResolvedInputs) -> Result<Stamp, JobFault> {
         // The digest covers the resolved values, not the lines that use them.
-        let said = serde_json::to_string(&(self.operation, self.parameters, self.resolved.values()))?;
+        let said = serde_json::to_string(&(self.operation, self.parameters, resolved.values()))?;
         let digest = |sha256: &str| sha256.chars().take(DIGITS).collect();
         Ok(Stamp {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             operation: self.operation.as_str().to_owned(),
-            steps: self.steps,
+            steps,
             machine: self.on.machine_id.clone(),
             revision: self.on.revision,
-            tool: self.resolved.only_tool(),
+            tool: resolved.only_tool(),
             source: digest(&program.sha256),
             parameters: digest(&sha256_hex(said.as_bytes())),
         })
+    }
+}
+
+/// The output of a program that gets a stamp. Its head waits in memory until it is complete. It then leaves with the
+/// expected stamp. If the end of the work shows another stamp, the text is copied once more.
+pub(super) struct StampedOutput {
+    draft: BufWriter<Draft>,
+    /// The first bytes of the program, without a stamp: 64 KiB, or all of them.
+    head: Vec<u8>,
+    expected: Option<(Dialect, Stamp)>,
+    /// The head has left, with this stamp or without one.
+    written: Option<Option<StampPlace>>,
+}
+
+impl StampedOutput {
+    /// The head and its stamp leave.
+    fn write_head(&mut self, stands: Option<StampPlace>) -> io::Result<()> {
+        write_with_stamp(&self.head, stands.as_ref(), &mut self.draft)?;
+        self.written = Some(stands);
+        Ok(())
+    }
+
+    /// The whole text with this stamp, or without one.
+    fn with_stamp(
+        mut self,
+        dialect: Dialect,
+        stamp: Option<&Stamp>,
+        place: &Workplace<'_>,
+    ) -> Result<Draft, JobFault> {
+        let stands = stamp.and_then(|stamp| place_stamp(&self.head, dialect, stamp));
+        match self.written.take() {
+            None => {
+                self.write_head(stands).map_err(CompensatorFault::Io)?;
+                written(self.draft)
+            }
+            Some(expected) if expected == stands => written(self.draft),
+            Some(other) => {
+                let text = written(self.draft)?;
+                let mut output = place.output()?;
+                let copy = || -> io::Result<()> {
+                    write_with_stamp(&self.head, stands.as_ref(), &mut output)?;
+                    let head_bytes = self.head.len() + other.map_or(0, |stands| stands.line.len());
+                    let mut file = File::open(text.path())?;
+                    file.seek(SeekFrom::Start(head_bytes as u64))?;
+                    io::copy(&mut file, &mut output).map(drop)
+                };
+                copy().map_err(CompensatorFault::Io)?;
+                written(output)
+            }
+        }
+    }
+}
+
+fn write_with_stamp(head: &[u8], stands: Option<&StampPlace>, out: &mut impl Write) -> io::Result<()> {
+    let Some(StampPlace { offset, line }) = stands else { return out.write_all(head) };
+    let (before, after) = head.split_at((*offset).min(head.len()));
+    out.write_all(before)?;
+    out.write_all(line)?;
+    out.write_all(after)
+}
+
+impl Write for StampedOutput {
+    fn write(&mut self, text: &[u8]) -> io::Result<usize> {
+        if self.written.is_some() {
+            return self.draft.write(text);
+        }
+        let room = usize::try_from(HEAD_BYTES).unwrap_or(usize::MAX) - self.head.len();
+        let taken = &text[..room.min(text.len())];
+        self.head.extend_from_slice(taken);
+        if taken.len() == room {
+            let expected = self.expected.as_ref();
+            let stands = expected.and_then(|(dialect, stamp)| place_stamp(&self.head, *dialect, stamp));
+            self.write_head(stands)?;
+        }
+        Ok(taken.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.draft.flush()
     }
 }

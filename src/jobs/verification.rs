@@ -44,8 +44,8 @@ impl ProgramParameters for VerificationParameters {
         let cost = Cost::of_verification(sizes.program_length, self.samples) + part;
         let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(means.max_cost_s);
         Ok(Prepared::new(cost, move |place| {
-            let Workplace { program, surface: uploaded, spool, threads, stop } = place;
-            let core = &process::VerificationParameters { max_pairs, max_pieces, ..core };
+            let Workplace { program, surface: uploaded, spool, threads, stop, .. } = place;
+            let core = &process::VerificationParameters { max_pairs, max_pieces, ..core.clone() };
             let reading = self.surface_reading();
             let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
             let samples = match (&surface, &part) {

@@ -3,12 +3,12 @@
 use super::part_surface::part_surface;
 use super::program_figure::{drawn, points_of};
 use super::refusals::in_words_of_the_wire;
-use super::stamping::Leaving;
+use super::stamping::{Leaving, Stamping};
 use super::workplace::{Finished, Workplace};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
 use crate::plot::DeviationFigure;
-use crate::process::{self, ProgramSetup};
+use crate::process::{self, ProgramReading, ProgramSetup};
 use crate::program::{StepName, Steps};
 use crate::units::Angle;
 use crate::wire::{Fault, FaultList, Fixed, JobOperation, WearFindings, WearParameters, WearReport};
@@ -36,9 +36,13 @@ impl ProgramParameters for WearParameters {
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface, threads, stop, .. } = place;
-            let mut output = place.output()?;
             core.program.steps_done = program.steps_done;
+            core.program.survey = place.survey;
             core.part = part_surface(surface, &self.surface_reading(), stop)?;
+            let resolve = |reading: &ProgramReading| on.resolved(&self.statements(), reading);
+            let stamping =
+                Stamping { on: &on, operation: Self::OPERATION, parameters: &parameters, form: self.stamp };
+            let mut output = stamping.output(&place, self.steps(), &core.program, &resolve)?;
             let moved = process::compensate_wear_side_by_side(
                 &on.machine,
                 &core,
@@ -50,20 +54,13 @@ impl ProgramParameters for WearParameters {
             let moved = moved.map_err(in_words_of_the_wire)?;
             let findings = findings(&self, &moved);
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
-            let resolved = on.resolved(&self.statements(), &moved.reading)?;
-            let leaving = Leaving {
-                on: &on,
-                operation: Self::OPERATION,
-                parameters: &parameters,
-                resolved,
-                form: self.stamp,
-                dialect: moved.dialect,
-                steps: moved.steps,
-            };
+            let (dialect, steps) = (moved.dialect, moved.steps);
+            let leaving = Leaving { output, resolved: resolve(&moved.reading)?, dialect, steps };
             let motions_checked = Some(findings.motions_checked());
             let report = |provenance, resolved| WearReport { provenance, resolved: Some(resolved), findings };
-            Ok(Finished { motions_checked, ..leaving.finish(output, &place, report)? })
-        }))
+            Ok(Finished { motions_checked, ..stamping.finish(leaving, &place, report)? })
+        })
+        .with_steps_in_turn(1))
     }
 }
 

@@ -14,7 +14,7 @@ use super::workplace::{Finished, Workplace};
 use super::{Compensator, CompensatorFault, Cost, InputFile, JobFault, ToolShelf};
 use crate::kinematics::{BareKinematics, Kinematics, Setup};
 use crate::machine::{Machine, Side};
-use crate::process::{ProgramReading, ProgramSetup};
+use crate::process::{ProgramReading, ProgramSetup, SurveyExtent};
 use crate::program::Steps;
 use crate::store::Draft;
 use crate::wire::{
@@ -219,7 +219,7 @@ pub fn by_operation<D: ByOperation>(operation: JobOperation, what: D) -> D::Outp
     }
 }
 
-type Run = Box<dyn FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
+type Run = Box<dyn FnMut(Workplace<'_>) -> Result<Finished, JobFault> + Send>;
 
 /// Work with checked parameters.
 pub struct Prepared {
@@ -237,14 +237,14 @@ impl fmt::Debug for Prepared {
 impl Prepared {
     pub(super) fn new(
         cost: Cost,
-        run: impl FnOnce(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
+        run: impl FnMut(Workplace<'_>) -> Result<Finished, JobFault> + Send + 'static,
     ) -> Self {
-        Self { cost, steps_in_turn: 1, run: Box::new(run) }
+        Self { cost, steps_in_turn: 0, run: Box::new(run) }
     }
 
-    /// The same, for work in which so many steps take the program one after the other.
+    /// The same, for work in which so many steps take the program one after the other and write it.
     pub(super) fn with_steps_in_turn(self, steps_in_turn: u32) -> Self {
-        Self { steps_in_turn: steps_in_turn.max(1), ..self }
+        Self { steps_in_turn, ..self }
     }
 }
 
@@ -300,7 +300,7 @@ impl ProgramWork {
         by_operation(operation, Read(parameters, on, sizes, means))
     }
 
-    /// How many steps take the program in turn.
+    /// How many steps take the program in turn; 0 for work that only reads it.
     pub(super) fn steps_in_turn(&self) -> u32 {
         self.prepared.steps_in_turn
     }
@@ -310,7 +310,17 @@ impl ProgramWork {
     /// # Errors
     /// The reason why there is no result.
     pub fn run(self, place: Workplace<'_>) -> Result<Finished, JobFault> {
-        let finished = (self.prepared.run)(place)?;
+        let Prepared { mut run, steps_in_turn, .. } = self.prepared;
+        let extent = if steps_in_turn > 0 { SurveyExtent::Head } else { SurveyExtent::Whole };
+        let finished = match run(Workplace { survey: extent, ..place }) {
+            // The head alone may have led to this. The files of this try are already removed.
+            Err(JobFault::Compensator(fault))
+                if extent == SurveyExtent::Head && fault.may_come_from_the_head() =>
+            {
+                run(Workplace { survey: SurveyExtent::Whole, ..place })
+            }
+            other => other,
+        }?;
         Ok(Finished { steps: finished.steps.map(|steps| steps.and(place.program.steps_done)), ..finished })
     }
 }

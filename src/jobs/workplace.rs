@@ -3,7 +3,7 @@
 use std::io::BufWriter;
 
 use super::{CompensatorFault, InputFile, JobFault, Spool, Threads};
-use crate::process::Stop;
+use crate::process::{Stop, SurveyExtent};
 use crate::program::Steps;
 use crate::store::Draft;
 
@@ -20,6 +20,9 @@ pub struct Workplace<'a> {
     pub threads: &'a Threads,
     /// Breaks when nobody needs the result any more.
     pub stop: &'a Stop<'a>,
+    /// How much of the program is surveyed before a step follows it. [`ProgramWork::run`](super::ProgramWork::run)
+    /// decides.
+    pub survey: SurveyExtent,
 }
 
 impl std::fmt::Debug for Workplace<'_> {
@@ -31,7 +34,19 @@ impl std::fmt::Debug for Workplace<'_> {
 /// Bytes that are collected before a result is written.
 const GATHERED: usize = 1 << 18;
 
-impl Workplace<'_> {
+impl<'a> Workplace<'a> {
+    /// The place of the work on a program.
+    #[must_use]
+    pub fn new(
+        program: &'a InputFile,
+        surface: Option<&'a InputFile>,
+        spool: &'a Spool,
+        threads: &'a Threads,
+        stop: &'a Stop<'a>,
+    ) -> Self {
+        Self { program, surface, spool, threads, stop, survey: SurveyExtent::Whole }
+    }
+
     /// A new result.
     pub(super) fn output(&self) -> Result<BufWriter<Draft>, JobFault> {
         Ok(BufWriter::with_capacity(GATHERED, self.spool.result()?))

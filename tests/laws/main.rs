@@ -10,6 +10,7 @@ mod compensation;
 mod constants;
 mod conversational;
 mod example;
+mod head_survey;
 mod hostile_surfaces;
 mod idempotence;
 mod inverse;

@@ -16,7 +16,7 @@ pub struct ContactLine {
 }
 
 /// A line shorter than this is a point. The deviation is then the distance from that point \[mm\].
-const POINT_LENGTH_MM: f64 = 1e-9;
+pub(super) const POINT_LENGTH_MM: f64 = 1e-9;
 
 impl ContactLine {
     /// The line between two contact points.

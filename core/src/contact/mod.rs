@@ -18,6 +18,7 @@ mod repair;
 mod sampling;
 mod segment;
 mod subdivision;
+mod tip_looks;
 
 pub use assumed::{feed_direction, feed_plane_normal};
 pub use carry::Carry;
@@ -32,3 +33,4 @@ pub use repair::{Correction, repaired_tip_mm};
 pub use sampling::{Sampled, sample_until_sure, within_tolerance};
 pub use segment::{Segment, SourceBlock, Station, rotary_rad, stated_point_mm};
 pub use subdivision::{Node, Resolution, divide, nodes, prove, segments};
+pub use tip_looks::{TipLook, TipPaths, look_at_tips};

@@ -10,7 +10,7 @@ use crate::motion::Interpolation;
 
 /// With the ends on the line and one sample in the middle, the true maximum exceeds that sample by at most this share
 /// of `|c″|`: `1/(8·2²)`.
-const MIDPOINT_SLACK: f64 = 1.0 / 32.0;
+pub(super) const MIDPOINT_SLACK: f64 = 1.0 / 32.0;
 /// Chords up to this long bound their arc by `chord·(1 + chord²/20)`.
 const SHORT_CHORD: f64 = 1.0;
 /// A vector shorter than this has no direction.
@@ -31,6 +31,7 @@ impl QuickLook {
     #[must_use]
     pub fn is_telling(&self, negligible_mm: f64) -> bool {
         let open_mm = self.at_most_mm - self.middle.distance_mm;
+        // False without numbers.
         open_mm <= self.middle.distance_mm.max(negligible_mm)
     }
 }

@@ -25,6 +25,7 @@ mod walk;
 
 pub use batch::{JointLanes, PoseLanes};
 pub use chain::{BareKinematics, Joints, Kinematics, Setup, ToolPose};
+pub use curvature::TipCurvature;
 pub use error::InverseError;
 pub use instruction_set::InstructionSet;
 pub use inverse::{Branch, COMPUTED_WORD_SLACK, Candidate, MAX_COORDINATE_MM, REACH_SLACK_RAD};

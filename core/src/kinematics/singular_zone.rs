@@ -128,6 +128,26 @@ impl Kinematics {
         from.max(to) + away < zone.inner_cos[0] && from.min(to) - away > zone.inner_cos[1]
     }
 
+    /// [`Self::stays_outside`] for many motions at once: all their ends have the rotary words of these ranges, and
+    /// neither axis turns by more than `turns_rad` within one of them.
+    #[must_use]
+    pub fn all_stay_outside(
+        &self,
+        zone: &SingularZone,
+        [least_rad, most_rad]: [[f64; 2]; 2],
+        turns_rad: [f64; 2],
+    ) -> bool {
+        let v = self.profile_index[1];
+        let [from, to] = [least_rad[v], most_rad[v]].map(|angle| angle - self.pointing.b0_rad);
+        // cos φ has its extremes at the ends of the range, and where B is a whole number of half turns.
+        let [first, last] = [(from - CERTAIN) / PI, (to + CERTAIN) / PI].map(f64::floor);
+        let has_inner_extremes = last > first;
+        let cosines = if has_inner_extremes { [0.0, PI] } else { [from, to] }.map(|b| self.polar_cos(b));
+        let away = 0.5 * (turns_rad[0] + turns_rad[1]) + CERTAIN;
+        cosines[0].max(cosines[1]) + away < zone.inner_cos[0]
+            && cosines[0].min(cosines[1]) - away > zone.inner_cos[1]
+    }
+
     /// cos φ at the angle B of v from the position of v at which the tool is nearest to u.
     fn polar_cos(&self, b_rad: f64) -> f64 {
         let [sin2, cos2] = self.half_polar(b_rad);

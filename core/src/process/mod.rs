@@ -39,7 +39,9 @@ pub use pipeline::{
     Bucket, Buckets, DeviationSummary, ErrorShares, MotionChange, MotionError, Series, SeriesPoint,
 };
 pub use post::{PostForm, PostParameters, PostReport, post};
-pub use set_up::{Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, Stop, ToolTable, Tools};
+pub use set_up::{
+    Budget, ContactSource, ListedTool, ProgramSetup, StartPosition, Stop, SurveyExtent, ToolTable, Tools,
+};
 pub use simulate::{ProgramSimulation, SimulationParameters, simulate};
 pub use singular::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,

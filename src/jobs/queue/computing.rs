@@ -119,8 +119,7 @@ impl Shared {
         let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
             let _memory = memory;
             let _mark = marks.set(&id, is_alone).map_err(CompensatorFault::Io)?;
-            let place =
-                Workplace { program: &program, surface: surface.as_ref(), spool: &spool, threads, stop };
+            let place = Workplace::new(&program, surface.as_ref(), &spool, threads, stop);
             let finished = work.run(place);
             // Whatever the result: bytes that changed during the work are the reason.
             for input in [Some(&program), surface.as_ref()].into_iter().flatten() {

@@ -20,9 +20,10 @@ pub(super) struct UnderWay {
 }
 
 impl UnderWay {
-    /// From now on the reading of this program shows the progress of the job. `steps` take it one after the other.
+    /// From now on the reading of this program shows the progress of the job. `steps` take it one after the other,
+    /// and each reads it once. With more readings the progress waits at the end.
     pub(super) fn follow(&self, program: &InputFile, steps: u32) {
-        let all = program.length as f64 * READINGS * f64::from(steps);
+        let all = program.length as f64 * f64::from(steps.max(1));
         // A job has one program.
         let _first = self.reading.set((program.counted(), all));
     }
@@ -35,10 +36,6 @@ impl UnderWay {
 
 /// Progress of a program that was read to its end but is not yet stored.
 const ALMOST_DONE: f64 = 0.99;
-
-/// How often a step reads its program: once for the survey, once for the work. The progress of a program that
-/// needs fewer readings jumps to the end; with more readings it waits there.
-const READINGS: f64 = 2.0;
 
 /// All running jobs.
 #[derive(Debug, Default)]

@@ -2,6 +2,7 @@
 //! between them.
 
 mod assumed;
+mod glance;
 mod travel;
 
 use super::contact_finder::ContactFinder;
@@ -92,6 +93,8 @@ pub(in crate::process) struct Judge<'a> {
     /// value.
     point: Option<Box<JudgedPoint>>,
     spare: Option<Box<JudgedPoint>>,
+    /// The last motions were only glanced at, so the last point is not theirs.
+    has_glanced: bool,
     /// The feed of the last motion of the pass whose tip shows it.
     feed_before: Option<Vec3>,
     /// The last contact words stated, and those that held before the current motion.
@@ -122,6 +125,7 @@ impl<'a> Judge<'a> {
             dialect,
             point: None,
             spare: None,
+            has_glanced: false,
             feed_before: None,
             stated: ContactWords::None,
             stated_before: ContactWords::None,
@@ -153,6 +157,9 @@ impl<'a> Judge<'a> {
         text: &[u8],
         largest_after_mm: f64,
     ) -> Option<Verdict<'a>> {
+        if let Some(before) = index.checked_sub(1) {
+            self.catch_up(passage, before);
+        }
         let motion = &passage.motions[index];
         let mode = self.mode(motion);
         if self.set_ups.enter(motion) {
@@ -166,13 +173,7 @@ impl<'a> Judge<'a> {
             self.stated = motion.contact;
         }
         let pose = &passage.poses[index].end;
-        let mut end = motion.end.as_ref().map(|words| match self.spare.take() {
-            Some(mut point) => {
-                point.arrive(words, pose, mode, motion);
-                point
-            }
-            None => Box::new(JudgedPoint::new(Station { words: *words, pose: *pose }, mode, motion)),
-        });
+        let mut end = motion.end.as_ref().map(|words| self.arrived(words, pose, mode, motion));
         if let Some(end) = &end {
             self.check_travel(motion, &end.station.words, text);
         }
@@ -216,6 +217,24 @@ impl<'a> Judge<'a> {
             self.spare = start;
         }
         verdict
+    }
+
+    /// The point at the end of a motion.
+    #[inline]
+    fn arrived(
+        &mut self,
+        words: &AxisWords,
+        pose: &ToolPose,
+        mode: Interpolation,
+        motion: &Motion,
+    ) -> Box<JudgedPoint> {
+        match self.spare.take() {
+            Some(mut point) => {
+                point.arrive(words, pose, mode, motion);
+                point
+            }
+            None => Box::new(JudgedPoint::new(Station { words: *words, pose: *pose }, mode, motion)),
+        }
     }
 
     /// Whether a value is missing on which the path of this motion depends. If so, records a fault.
@@ -320,18 +339,7 @@ impl<'a> Judge<'a> {
         let both = [&contacts[0], &contacts[1]];
         self.effort.spend(1);
         let look = quick_look(kinematics, &tool, mode, ends, both, contacts_mm, middle);
-        if let Some(look) = look
-            && look.at_most_mm <= tolerance_mm.min(largest_after_mm)
-            && look.is_telling(NEGLIGIBLE * tolerance_mm)
-        {
-            let QuickLook { middle, .. } = look;
-            let before = Sampled {
-                max_mm: middle.distance_mm,
-                mean_square_mm2: PARABOLA_MEAN_SQUARE * middle.distance_mm.powi(2),
-                max_excess_mm: middle.along_normal_mm.max(0.0),
-                max_gouge_mm: (-middle.along_normal_mm).max(0.0),
-                evaluations: 1,
-            };
+        if let Some(before) = look.and_then(|look| self.by_look(&look, largest_after_mm)) {
             return Verdict::Within { path_mm: (contacts_mm[1] - contacts_mm[0]).norm(), before };
         }
         let carry = Carry::between(&tool, both, ends.map(|end| end.pose.axis));
@@ -349,6 +357,22 @@ impl<'a> Judge<'a> {
         };
         let contact_from_words = self.finder.source == ContactSource::Program;
         Verdict::Over(Checked { block, before, contact_from_words, start_contact, contacts, pass_feed })
+    }
+
+    /// The deviation of a motion, if a look at it is enough.
+    #[inline]
+    fn by_look(&self, look: &QuickLook, largest_after_mm: f64) -> Option<Sampled> {
+        let tolerance_mm = self.parameters.tolerance.mm();
+        let QuickLook { middle, at_most_mm } = *look;
+        let is_enough =
+            at_most_mm <= tolerance_mm.min(largest_after_mm) && look.is_telling(NEGLIGIBLE * tolerance_mm);
+        is_enough.then(|| Sampled {
+            max_mm: middle.distance_mm,
+            mean_square_mm2: PARABOLA_MEAN_SQUARE * middle.distance_mm.powi(2),
+            max_excess_mm: middle.along_normal_mm.max(0.0),
+            max_gouge_mm: (-middle.along_normal_mm).max(0.0),
+            evaluations: 1,
+        })
     }
 
     /// Finds the contact at a point. Records faults; the point then has no contact.

@@ -95,8 +95,8 @@ impl Step for PathStep<'_> {
         let surveyed = Surveyed::of(upstream.source, &asked, with)?;
         let parameters = &parameters.with_tools(&surveyed, machine, stop)?;
         let surveyed = surveyed.with_tools_of(&parameters.program);
-        let mut preparation = Preparation::new(machine, parameters);
-        let mut run = StepRun::begin(upstream, machine, &parameters.program, &preparation, stop)?;
+        let mut preparation = Preparation::new(machine, parameters, surveyed.contact);
+        let mut run = StepRun::begin(upstream, &surveyed, machine, &parameters.program, &preparation, stop)?;
         let effort = || parameters.budget.effort(stop);
         let mut work = PathWork::new(machine, parameters, run.dialect(), &surveyed, effort());
         let mut check = PathCheck::new(machine, parameters, run.dialect(), effort());

@@ -154,24 +154,20 @@ impl<'a> PathWork<'a> {
     ) -> Result<bool, Fault> {
         let Passage { batch, motions, .. } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
-            let text =
-                batch.blocks().get(motion.block as usize).map_or(&[][..], |block| batch.block_text(block));
             if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
                 self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
-            let verdict = self.judge.judge(passage.1, self.at.motion, following, text, self.largest_after_mm);
+            let glanced = self.judge.glance(passage.1, self.at.motion, self.largest_after_mm);
             self.judge.effort.pass(1);
             go_on(&self.judge.effort)?;
             self.at.motion += 1;
             self.fit.see(batch, motion);
-            self.checked += u64::from(verdict.is_some());
-            let kept = match verdict {
-                Some(Verdict::Over(checked)) => {
-                    self.over += 1;
-                    self.divide(passage, motion, text, checked, out)?
+            let kept = match glanced {
+                Some(within) => {
+                    self.checked += 1;
+                    Kept::As(Some(within))
                 }
-                Some(Verdict::Within { path_mm, before }) => Kept::As(Some((path_mm, before))),
-                None => Kept::As(None),
+                None => self.look_closely(passage, self.at.motion - 1, following, out)?,
             };
             let changed = match kept {
                 Kept::No => true,
@@ -189,8 +185,34 @@ impl<'a> PathWork<'a> {
                 return Ok(false);
             }
         }
+        self.judge.catch_up(passage.1, motions.len().saturating_sub(1));
         self.rewriter.end(passage, out);
         Ok(true)
+    }
+
+    /// Judges the motion of this index, and divides its block if its contact deviates too far.
+    fn look_closely(
+        &mut self,
+        passage: Placed<'_>,
+        index: usize,
+        following: Option<&Motion>,
+        out: &mut Outgoing<ExpectedMotion<'a>>,
+    ) -> Result<Kept, Fault> {
+        let Passage { batch, motions, .. } = passage.1;
+        let motion = &motions[index];
+        let block = batch.blocks().get(motion.block as usize);
+        let text = block.map_or(&[][..], |block| batch.block_text(block));
+        let verdict = self.judge.judge(passage.1, index, following, text, self.largest_after_mm);
+        go_on(&self.judge.effort)?;
+        self.checked += u64::from(verdict.is_some());
+        Ok(match verdict {
+            Some(Verdict::Over(checked)) => {
+                self.over += 1;
+                self.divide(passage, motion, text, checked, out)?
+            }
+            Some(Verdict::Within { path_mm, before }) => Kept::As(Some((path_mm, before))),
+            None => Kept::As(None),
+        })
     }
 
     /// Copies the blocks before this motion's block, then writes its parts, unless the parts would run too fast.

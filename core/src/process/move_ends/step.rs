@@ -96,7 +96,7 @@ impl Step for MoveStep<'_> {
         let moves = &self.moves.with_tools(&surveyed, machine, stop)?;
         moves.refuse_contact(surveyed.contact)?;
         let mut inventory = Inventory::default();
-        let mut run = StepRun::begin(upstream, machine, &moves.source_program, &inventory, stop)?;
+        let mut run = StepRun::begin(upstream, &surveyed, machine, &moves.source_program, &inventory, stop)?;
         let mut work = EndsWork::new(machine, moves, &surveyed, stop);
         let mut check = EndsCheck::new(machine, moves, run.dialect(), stop);
         let hands = Hands { prepare: &mut inventory, work: &mut work, check: &mut check, look };

@@ -150,15 +150,19 @@ pub(in crate::process) struct StepRun<'a> {
 }
 
 impl<'a> StepRun<'a> {
-    /// Begins to read a program that `prepare` will prepare.
+    /// Begins to read a surveyed program that `prepare` will prepare.
     pub(in crate::process) fn begin(
         Upstream { source, lines }: Upstream<'a>,
+        surveyed: &Surveyed<'_>,
         machine: &Machine,
         program: &ProgramSetup,
         prepare: &dyn Prepare,
         stop: &'a Stop<'a>,
     ) -> Result<Self, Fault> {
         let mut passages = Passages::open(source, machine, program)?.with_lines(lines);
+        if !surveyed.is_whole {
+            passages = passages.surveying(machine);
+        }
         if prepare.resolves_vectors() {
             passages = passages.leaving_vectors();
         }
@@ -190,6 +194,7 @@ impl<'a> StepRun<'a> {
             look.begin(surveyed, self.dialect())?;
         }
         self.go_through(&mut hands, output, note, parts)?;
+        surveyed.confirm(self.passages.survey())?;
         hands.work.refuse(surveyed, &self.passages)?;
         hands.finish(&self.passages, output, note)?;
         self.passages.warn(hands.work.warnings());
@@ -227,6 +232,11 @@ impl<'a> StepRun<'a> {
             // The longest part first: a worker that finishes takes the next part.
             parts.run(vec![
                 Box::new(|| {
+                    if coming.passages.is_empty() {
+                        filled = passages.fill(coming, stop);
+                    }
+                }),
+                Box::new(|| {
                     if !is_refused && !present.passages.is_empty() {
                         worked = work.write(present, &mut writing);
                     }
@@ -234,11 +244,6 @@ impl<'a> StepRun<'a> {
                 Box::new(|| {
                     if !is_refused && !is_next_prepared {
                         prepare.prepare(next);
-                    }
-                }),
-                Box::new(|| {
-                    if coming.passages.is_empty() {
-                        filled = passages.fill(coming, stop);
                     }
                 }),
                 Box::new(|| checked = check.take(&mut written, written_of)),

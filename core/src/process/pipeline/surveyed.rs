@@ -22,6 +22,8 @@ pub(in crate::process) struct Asked<'p> {
 pub(in crate::process) struct Surveyed<'s> {
     pub(in crate::process) source: &'s dyn ProgramSource,
     pub(in crate::process) survey: Survey,
+    /// Whether the survey covers the whole program. Otherwise the rest is surveyed while it is read.
+    pub(in crate::process) is_whole: bool,
     /// The source of its contacts, with `auto` resolved.
     pub(in crate::process) contact: ContactSource,
     /// The set-up with the tools that the contacts need, if the step has found them.
@@ -38,11 +40,23 @@ impl<'s> Surveyed<'s> {
         asked: &Asked<'_>,
         with: &Resources<'_>,
     ) -> Result<Self, Fault> {
-        let mut survey = Survey::of(with.machine, asked.program.dialect, source, with.stop)?;
-        survey.borne.steps = survey.borne.steps.and(asked.program.steps_done);
-        survey.refuse_repeated(asked.steps, asked.program.allow_repeated)?;
+        let ProgramSetup { dialect, survey: extent, steps_done, allow_repeated, .. } = *asked.program;
+        let (mut survey, is_whole) = Survey::of(with.machine, dialect, source, extent, with.stop)?;
+        survey.borne.steps = survey.borne.steps.and(steps_done);
+        survey.refuse_repeated(asked.steps, allow_repeated)?;
         let contact = survey.contact(asked.contact, asked.has_part)?;
-        Ok(Self { source, survey, contact, program: None })
+        Ok(Self { source, survey, is_whole, contact, program: None })
+    }
+
+    /// Checks that the survey holds for the program, which was surveyed to its end while a step read it.
+    ///
+    /// # Errors
+    /// The rest of the program shows what its head did not.
+    pub(in crate::process) fn confirm(&self, read: Option<Survey>) -> Result<(), Fault> {
+        let Some(mut whole) = read else { return Ok(()) };
+        // Steps that the caller knows of were added to those of the stamps.
+        whole.borne.steps = whole.borne.steps.and(self.survey.borne.steps);
+        if self.survey.holds_for(&whole) { Ok(()) } else { Err(Fault::HeadMisled) }
     }
 
     /// The same with the set-up that has the tools of the contacts.

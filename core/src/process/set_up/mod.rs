@@ -13,7 +13,7 @@ mod travel;
 
 pub use contact_source::ContactSource;
 pub use cost_budget::{Budget, Stop};
-pub use program_setup::{ProgramSetup, StartPosition};
+pub use program_setup::{ProgramSetup, StartPosition, SurveyExtent};
 pub use tool_table::{ListedTool, ToolTable};
 pub use tooling::Tools;
 

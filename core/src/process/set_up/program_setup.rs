@@ -35,6 +35,21 @@ pub struct ProgramSetup {
     pub allow_repeated: bool,
     /// Steps that were done to the program before, as the caller knows. Those of its stamp are added.
     pub steps_done: Steps,
+    /// How much of the text is surveyed before a step follows it.
+    pub survey: SurveyExtent,
+}
+
+/// How much of a program's text is surveyed before a step that writes follows it. The survey shows stated contacts,
+/// decimals, block numbers, tool calls and stamps. The result of a step does not depend on the extent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SurveyExtent {
+    /// All of it. The text is read twice.
+    #[default]
+    Whole,
+    /// Its head. The rest is surveyed while the step reads it. If the rest shows what the head did not, the step ends
+    /// with [`Fault::HeadMisled`]. Any other refusal may come from the head alone. In both cases the caller has to
+    /// begin again with [`Self::Whole`].
+    Head,
 }
 
 /// Positions of the axes before the first block, as words in the program's first work offset. `None` is unknown.
@@ -59,6 +74,7 @@ impl Default for ProgramSetup {
             apply_errors: true,
             allow_repeated: false,
             steps_done: Steps::NONE,
+            survey: SurveyExtent::Whole,
         }
     }
 }

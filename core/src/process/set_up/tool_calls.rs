@@ -62,6 +62,12 @@ impl ToolCalls {
         self.first = self.first.or(Some(tool));
     }
 
+    /// Whether the same tools are at work with both, as far as a text shows without being followed.
+    pub(in crate::process) fn holds_for(&self, whole: &Self) -> bool {
+        let facts = |of: &Self| (of.only(), of.has_changer(), of.has_shapes);
+        facts(self) == facts(whole)
+    }
+
     /// The only tool that can be in use, as far as the text shows without being followed. `None` if there may be
     /// several.
     pub(in crate::process) fn only(&self) -> Option<(CalledTool, Option<ToolName>)> {

@@ -76,10 +76,13 @@ const SAME_DEG: f64 = 1e-9;
 /// Whether the direction of a rotary axis is unknown. This holds if an axis without travel limits turns by half a
 /// turn or more. Some controls of ISO programs let such an axis roll over and take the shorter way.
 pub(in crate::process) fn may_roll_over(machine: &Machine, dialect: Dialect, motion: &Motion) -> bool {
-    let (Some(start), Some(end)) = (motion.start, motion.end) else { return false };
-    dialect.rules().may_roll_over
-        && !motion.incremental
-        && machine.rotary_axes().iter().zip(start.rotary_deg.iter().zip(&end.rotary_deg)).any(
-            |(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() >= HALF_TURN_DEG - SAME_DEG,
-        )
+    if !dialect.rules().may_roll_over || motion.incremental {
+        return false;
+    }
+    let (Some(start), Some(end)) = (&motion.start, &motion.end) else { return false };
+    machine
+        .rotary_axes()
+        .iter()
+        .zip(start.rotary_deg.iter().zip(&end.rotary_deg))
+        .any(|(axis, (from, to))| axis.travel_deg.is_none() && (to - from).abs() >= HALF_TURN_DEG - SAME_DEG)
 }

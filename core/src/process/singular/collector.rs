@@ -79,6 +79,29 @@ impl<'a> Collector<'a> {
         region
     }
 
+    /// Takes all these motions at once, if no region is open and a bound shows that none of them makes one. Otherwise
+    /// returns false, and takes none.
+    ///
+    /// Most passages of most programs are far from every singularity. One bound for all their motions costs less than
+    /// one for each of them.
+    pub(super) fn pass_by(&mut self, batch: &Batch, motions: &[Motion]) -> bool {
+        if self.is_open() || !motions.iter().all(|motion| self.set_ups.is_entered(motion)) {
+            return false;
+        }
+        let Some(turning) = Turning::of(motions) else { return false };
+        let machine = self.cutting.machine;
+        let ends = [turning.least_deg, turning.most_deg].map(|words| rotary_rad(machine, words));
+        let ranges = [0, 1].map(|end| {
+            [0, 1].map(|k| if end == 0 { ends[0][k].min(ends[1][k]) } else { ends[0][k].max(ends[1][k]) })
+        });
+        let turns_rad = turning.turn_deg.map(f64::to_radians);
+        if !self.set_ups.now.kinematics.all_stay_outside(&self.zone, ranges, turns_rad) {
+            return false;
+        }
+        motions.iter().for_each(|motion| self.count(batch, motion));
+        true
+    }
+
     /// Takes the next motion. If the motion closes the region, it must be passed again after [`Collector::take`].
     pub(super) fn see(&mut self, batch: &Batch, motion: &Motion, index: u64) -> Seen {
         let mode = motion.mode(self.cutting.parameters.program.interpolation);
@@ -87,10 +110,21 @@ impl<'a> Collector<'a> {
         if self.is_open() && found.is_none() {
             return Seen::Closes;
         }
-        let rests = motion.start.is_some() && motion.start == motion.end;
+        self.count(batch, motion);
+        let Some(found) = found else { return Seen::Closes };
+        self.quiet = if found.turns { 0 } else { self.quiet + 1 };
+        self.region.push(found);
+        Seen::Added
+    }
+
+    /// Notes what later motions and the report need of a motion.
+    #[inline]
+    fn count(&mut self, batch: &Batch, motion: &Motion) {
+        let mode = motion.mode(self.cutting.parameters.program.interpolation);
         if motion.contact != ContactWords::None || motion.kind == MotionKind::Opaque {
             self.stated = motion.contact;
         }
+        let rests = motion.start.is_some() && motion.start == motion.end;
         let stays = rests && motion.contact == ContactWords::None;
         if !stays {
             self.last = motion.end.map(|end| (end, mode, motion.contact));
@@ -102,10 +136,6 @@ impl<'a> Collector<'a> {
                 self.faults.add(motion.line, block.map_or(&[][..], |block| batch.block_text(block)), kind);
             }
         }
-        let Some(found) = found else { return Seen::Closes };
-        self.quiet = if found.turns { 0 } else { self.quiet + 1 };
-        self.region.push(found);
-        Seen::Added
     }
 
     fn follows(&self, motion: &Motion) -> bool {
@@ -189,6 +219,33 @@ impl<'a> Collector<'a> {
             }
         }
         (axes, contact)
+    }
+}
+
+/// How far the rotary axes turn in some motions.
+struct Turning {
+    /// The smallest and the largest words at an end \[deg\].
+    least_deg: [f64; 2],
+    most_deg: [f64; 2],
+    /// The largest turn of each axis within one motion \[deg\].
+    turn_deg: [f64; 2],
+}
+
+impl Turning {
+    /// `None` if no motion has known ends.
+    fn of(motions: &[Motion]) -> Option<Self> {
+        let mut turning =
+            Self { least_deg: [f64::INFINITY; 2], most_deg: [f64::NEG_INFINITY; 2], turn_deg: [0.0; 2] };
+        for motion in motions {
+            let (Some(start), Some(end)) = (&motion.start, &motion.end) else { continue };
+            for k in [0, 1] {
+                let (from, to) = (start.rotary_deg[k], end.rotary_deg[k]);
+                turning.least_deg[k] = turning.least_deg[k].min(from.min(to));
+                turning.most_deg[k] = turning.most_deg[k].max(from.max(to));
+                turning.turn_deg[k] = turning.turn_deg[k].max((to - from).abs());
+            }
+        }
+        turning.least_deg[0].is_finite().then_some(turning)
     }
 }
 

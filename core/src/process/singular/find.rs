@@ -134,6 +134,10 @@ impl<'a> RegionFinder<'a> {
 
     fn look(&mut self, stretch: &Stretch) {
         for passage in &stretch.passages {
+            if self.fault.is_none() && self.collector.pass_by(&passage.batch, &passage.motions) {
+                self.next += passage.motions.len() as u64;
+                continue;
+            }
             for motion in &passage.motions {
                 if self.fault.is_none()
                     && let Err(fault) = self.see(&passage.batch, motion)

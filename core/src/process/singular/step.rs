@@ -90,7 +90,7 @@ impl Step for SingularStep<'_> {
         let cutting = Cutting::of(machine, cc, surveyed.contact);
         let planner = Planner { cutting, survey: surveyed.survey, singularity: *singularity };
         let mut inventory = Inventory::default();
-        let mut run = StepRun::begin(upstream, machine, &cc.program, &inventory, stop)?;
+        let mut run = StepRun::begin(upstream, &surveyed, machine, &cc.program, &inventory, stop)?;
         let mut work = RegionWork::new(planner.clone(), run.dialect(), stop);
         let mut check = RegionCheck::new(machine, planner, run.dialect(), cc.budget.effort(stop));
         let hands = Hands { prepare: &mut inventory, work: &mut work, check: &mut check, look };

@@ -6,7 +6,7 @@ use super::stream::{Passages, ProgramSource};
 use super::survey::Survey;
 use crate::machine::{Machine, Side, Tool};
 use crate::process::fault::Fault;
-use crate::process::set_up::{Need, ProgramSetup, ToolCalls, ToolsAtWork};
+use crate::process::set_up::{Need, ProgramSetup, SurveyExtent, ToolCalls, ToolsAtWork};
 
 /// The tools that cut in a surveyed program. The program is followed only if the survey leaves more than one tool
 /// possible, or if `compares` asks for the cutters stated by `CUTTER/`.
@@ -84,7 +84,7 @@ impl ProgramSetup {
         if self.tools.are_resolved() || (counts_nothing && self.tools.number.is_none()) {
             return Ok(self.clone());
         }
-        let survey = Survey::of(machine, self.dialect, source, stop)?;
+        let (survey, _) = Survey::of(machine, self.dialect, source, SurveyExtent::Whole, stop)?;
         self.with_tools(stated, need, &survey.tools, machine, source, stop)
     }
 }

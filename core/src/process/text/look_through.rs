@@ -1,4 +1,4 @@
-//! A first look through the whole program, at its text only.
+//! A first look through a program, at its text only: through all of it, or through its head.
 
 use std::ops::ControlFlow;
 
@@ -7,44 +7,87 @@ use super::survey::Survey;
 use crate::machine::Machine;
 use crate::motion::rotary_addresses;
 use crate::process::fault::Fault;
-use crate::program::{Batch, Dialect, ReadLimits, Reader, StampFinder};
+use crate::process::set_up::SurveyExtent;
+use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, StampFinder};
+
+/// The part of a program that its head survey reads \[bytes\]: some thousand blocks.
+const HEAD_BYTES: usize = 4 * CHUNK_BYTES;
+
+/// A survey under way. It gets the text, and the batches that were read from it.
+#[derive(Debug)]
+pub(in crate::process) struct Surveyor {
+    survey: Survey,
+    stamps: StampFinder,
+    rotary: [Address; 2],
+}
+
+impl Surveyor {
+    /// Nothing is surveyed yet.
+    pub(in crate::process) fn new(machine: &Machine) -> Self {
+        let (survey, stamps) = (Survey::nothing(), StampFinder::default());
+        Self { survey, stamps, rotary: rotary_addresses(machine) }
+    }
+
+    /// Looks at the next piece of the text.
+    pub(in crate::process) fn see_text(&mut self, text: &[u8]) {
+        self.stamps.see(text);
+    }
+
+    /// Looks at the next batch of its blocks.
+    pub(in crate::process) fn see(&mut self, batch: &Batch) {
+        self.survey.see(batch, self.rotary);
+    }
+
+    /// The survey up to here. A stamp that may go on in the next piece of the text is not in it.
+    fn so_far(&self) -> Survey {
+        Survey { borne: self.stamps.so_far(), ..self.survey }
+    }
+
+    /// The survey of the text, which has ended.
+    pub(in crate::process) fn finish(self) -> Survey {
+        Survey { borne: self.stamps.finish(), ..self.survey }
+    }
+}
 
 impl Survey {
-    /// Looks through the program.
+    /// Surveys the program to this extent. Returns whether the survey covers all of it, which is always so for a
+    /// short program.
     pub(in crate::process) fn of(
         machine: &Machine,
         dialect: Option<Dialect>,
         source: &dyn ProgramSource,
+        extent: SurveyExtent,
         stop: &dyn Fn() -> ControlFlow<()>,
-    ) -> Result<Self, Fault> {
-        let mut survey = Self::nothing();
-        let mut stamps = StampFinder::default();
-        let rotary = rotary_addresses(machine);
+    ) -> Result<(Self, bool), Fault> {
+        let mut surveyor = Surveyor::new(machine);
         let mut reader = Reader::new(dialect, ReadLimits::default());
         let mut input = source.open()?;
         let mut batch = Batch::new();
         let mut chunk = vec![0; CHUNK_BYTES];
+        let mut read_bytes = 0;
         loop {
             if stop().is_break() {
                 return Err(Fault::Cancelled);
             }
             let count = read_some(&mut *input, &mut chunk)?;
             let text = &chunk[..count];
-            stamps.see(text);
+            surveyor.see_text(text);
             if count == 0 {
-                break;
+                reader.finish();
+            } else {
+                reader.feed(text);
             }
-            reader.feed(text);
             while reader.next_batch(&mut batch)? {
-                survey.see(&batch, rotary);
+                surveyor.see(&batch);
+            }
+            read_bytes += count;
+            if count == 0 {
+                return Ok((surveyor.finish(), true));
+            }
+            if extent == SurveyExtent::Head && read_bytes >= HEAD_BYTES {
+                return Ok((surveyor.so_far(), false));
             }
         }
-        reader.finish();
-        while reader.next_batch(&mut batch)? {
-            survey.see(&batch, rotary);
-        }
-        survey.borne = stamps.finish();
-        Ok(survey)
     }
 }
 
@@ -56,7 +99,7 @@ mod tests {
 
     use super::*;
     use crate::machine::Preset;
-    use crate::program::{Address, Grammar};
+    use crate::program::Grammar;
 
     /// The survey of the whole text with every word read.
     fn read(text: &[u8], dialect: Dialect, rotary: [Address; 2]) -> Survey {
@@ -120,7 +163,9 @@ mod tests {
         ) {
             let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
             let source = text.clone().into_bytes();
-            let found = Survey::of(&machine, Some(dialect), &source, &|| ControlFlow::Continue(())).unwrap();
+            let whole = SurveyExtent::Whole;
+            let (found, _) =
+                Survey::of(&machine, Some(dialect), &source, whole, &|| ControlFlow::Continue(())).unwrap();
             prop_assert_eq!(found, read(text.as_bytes(), dialect, [Address::A, Address::C]));
         }
     }

@@ -22,6 +22,12 @@ impl Default for Numbering {
 }
 
 impl Numbering {
+    /// Whether blocks get the same numbers with both.
+    pub(in crate::process) fn holds_for(&self, whole: &Self) -> bool {
+        let facts = |of: &Self| (of.last.is_some(), of.increases, of.least_step);
+        facts(self) == facts(whole)
+    }
+
     /// Looks at the next block's words.
     pub(in crate::process) fn see(&mut self, words: &[Word]) {
         for word in words.iter().filter(|word| word.address == Address::N) {

@@ -1,5 +1,6 @@
 //! A program read piece by piece: from text to blocks and motions.
 
+use crate::contact::TipLook;
 use crate::kinematics::ToolPose;
 use crate::process::set_up::Stop;
 use std::collections::VecDeque;
@@ -9,7 +10,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::line_map::LineCursor;
+use super::look_through::Surveyor;
 use super::reading::ProgramReading;
+use super::survey::Survey;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, Motion, StatedCutter, ToolName};
 use crate::process::fault::{Fault, WarningKind, Warnings};
@@ -52,6 +55,8 @@ pub(in crate::process) struct Passage {
     pub(in crate::process) motions: Vec<Motion>,
     /// One for each motion, after they are [prepared](crate::process::contact_path::Preparation).
     pub(in crate::process) poses: Vec<MotionPoses>,
+    /// One for each motion, after they are prepared, if every contact is the tip. Otherwise empty.
+    pub(in crate::process) looks: Vec<TipLook>,
     /// Positions of X Y Z \[mm\] and of the rotary axes \[deg\] after each motion, as far as known. Filled only if
     /// [asked for](Passages::keeping_positions).
     pub(in crate::process) positions: Vec<[Option<f64>; 5]>,
@@ -106,6 +111,8 @@ pub(in crate::process) struct Passages<'a> {
     /// `None` if motions with vectors get their words elsewhere.
     vectors: Option<ToolVectors>,
     keeps_positions: bool,
+    /// Surveys the text while it is read, if it was not surveyed before.
+    surveyor: Option<Surveyor>,
     ahead: VecDeque<Passage>,
     /// Finished passages, whose memory is used again.
     spare: Vec<Passage>,
@@ -135,6 +142,7 @@ impl<'a> Passages<'a> {
             interpreter: Interpreter::new(machine, program.options()),
             vectors: Some(ToolVectors::new(machine, program)),
             keeps_positions: false,
+            surveyor: None,
             ahead: VecDeque::new(),
             spare: Vec::new(),
             diagnostics: Diagnostics::new(),
@@ -158,6 +166,17 @@ impl<'a> Passages<'a> {
     pub(in crate::process) fn leaving_vectors(mut self) -> Self {
         self.vectors = None;
         self
+    }
+
+    /// Makes the text be surveyed while it is read.
+    pub(in crate::process) fn surveying(mut self, machine: &Machine) -> Self {
+        self.surveyor = Some(Surveyor::new(machine));
+        self
+    }
+
+    /// The survey of the text, after its end; `None` if it was not [asked for](Self::surveying).
+    pub(in crate::process) fn survey(&mut self) -> Option<Survey> {
+        self.surveyor.take().map(Surveyor::finish)
     }
 
     /// Makes passages give the axis positions after each motion, even if not all are known.
@@ -229,17 +248,25 @@ impl<'a> Passages<'a> {
         let mut passage = self.spare.pop().unwrap_or_default();
         passage.motions.clear();
         passage.poses.clear();
+        passage.looks.clear();
         while !self.reader.next_batch(&mut passage.batch)? {
             if self.ended {
                 return Ok(None);
             }
             let count = read_some(&mut *self.input, &mut self.chunk)?;
+            let text = &self.chunk[..count];
+            if let Some(surveyor) = &mut self.surveyor {
+                surveyor.see_text(text);
+            }
             if count == 0 {
                 self.ended = true;
                 self.reader.finish();
             } else {
-                self.reader.feed(&self.chunk[..count]);
+                self.reader.feed(text);
             }
+        }
+        if let Some(surveyor) = &mut self.surveyor {
+            surveyor.see(&passage.batch);
         }
         let Passage { batch, motions, positions, .. } = &mut passage;
         if self.keeps_positions {

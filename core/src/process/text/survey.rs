@@ -63,6 +63,17 @@ impl Survey {
         done.map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 
+    /// Whether a step that was set up with this survey may stand, now that the whole program was surveyed.
+    pub(in crate::process) fn holds_for(&self, whole: &Self) -> bool {
+        self.stated == whole.stated
+            && self.linear_decimals == whole.linear_decimals
+            && self.rotary_decimals == whole.rotary_decimals
+            && self.has_feed_column == whole.has_feed_column
+            && self.numbering.holds_for(&whole.numbering)
+            && self.tools.holds_for(&whole.tools)
+            && self.borne == whole.borne
+    }
+
     /// Looks at the next batch. `rotary` are the addresses of the rotary axes.
     pub(in crate::process) fn see(&mut self, batch: &Batch, rotary: [Address; 2]) {
         if batch.dialect().rules().grammar == Grammar::Cells {

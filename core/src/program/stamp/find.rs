@@ -110,6 +110,12 @@ impl StampFinder {
         self.rest.drain(..whole);
     }
 
+    /// The statements of the stamps that are complete up to here.
+    #[must_use]
+    pub fn so_far(&self) -> Borne {
+        self.borne
+    }
+
     /// Ends the text and returns what its stamps state.
     #[must_use]
     pub fn finish(self) -> Borne {
