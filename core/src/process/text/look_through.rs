@@ -4,50 +4,14 @@ use std::ops::ControlFlow;
 
 use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
 use super::survey::Survey;
+use super::surveyor::Surveyor;
 use crate::machine::Machine;
-use crate::motion::rotary_addresses;
 use crate::process::fault::Fault;
 use crate::process::set_up::SurveyExtent;
-use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, StampFinder};
+use crate::program::{Batch, Dialect, ReadLimits, Reader};
 
 /// The part of a program that its head survey reads \[bytes\]: some thousand blocks.
 const HEAD_BYTES: usize = 4 * CHUNK_BYTES;
-
-/// A survey under way. It gets the text, and the batches that were read from it.
-#[derive(Debug)]
-pub(in crate::process) struct Surveyor {
-    survey: Survey,
-    stamps: StampFinder,
-    rotary: [Address; 2],
-}
-
-impl Surveyor {
-    /// Nothing is surveyed yet.
-    pub(in crate::process) fn new(machine: &Machine) -> Self {
-        let (survey, stamps) = (Survey::nothing(), StampFinder::default());
-        Self { survey, stamps, rotary: rotary_addresses(machine) }
-    }
-
-    /// Looks at the next piece of the text.
-    pub(in crate::process) fn see_text(&mut self, text: &[u8]) {
-        self.stamps.see(text);
-    }
-
-    /// Looks at the next batch of its blocks.
-    pub(in crate::process) fn see(&mut self, batch: &Batch) {
-        self.survey.see(batch, self.rotary);
-    }
-
-    /// The survey up to here. A stamp that may go on in the next piece of the text is not in it.
-    fn so_far(&self) -> Survey {
-        Survey { borne: self.stamps.so_far(), ..self.survey }
-    }
-
-    /// The survey of the text, which has ended.
-    pub(in crate::process) fn finish(self) -> Survey {
-        Survey { borne: self.stamps.finish(), ..self.survey }
-    }
-}
 
 impl Survey {
     /// Surveys the program to this extent. Returns whether the survey covers all of it, which is always so for a
@@ -99,7 +63,7 @@ mod tests {
 
     use super::*;
     use crate::machine::Preset;
-    use crate::program::Grammar;
+    use crate::program::{Address, Grammar};
 
     /// The survey of the whole text with every word read.
     fn read(text: &[u8], dialect: Dialect, rotary: [Address; 2]) -> Survey {

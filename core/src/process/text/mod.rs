@@ -12,6 +12,7 @@ mod reading;
 mod step_store;
 mod stream;
 mod survey;
+mod surveyor;
 
 pub use reading::{OffsetUse, ProgramReading, ToolUse};
 pub use step_store::{MemoryStepStore, Place, StepStore};

@@ -10,9 +10,9 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use super::line_map::LineCursor;
-use super::look_through::Surveyor;
 use super::reading::ProgramReading;
 use super::survey::Survey;
+use super::surveyor::Surveyor;
 use crate::machine::Machine;
 use crate::motion::{Interpreter, Motion, StatedCutter, ToolName};
 use crate::process::fault::{Fault, WarningKind, Warnings};
