@@ -4,6 +4,7 @@ mod angles;
 mod great_circle;
 mod screw;
 pub mod trig;
+pub(crate) mod trig_lanes;
 
 pub use angles::{angle_about, angle_between, shortest_turn_rad, wrap_rad};
 pub use great_circle::GreatCircle;

@@ -29,7 +29,7 @@ const COS: [f64; 6] = [
     2.087_614_614_655_861e-9,
     -1.138_262_364_747_460_4e-11,
 ];
-const ATAN: [f64; 10] = [
+pub(super) const ATAN: [f64; 10] = [
     -0.333_333_333_333_332_5,
     0.199_999_999_998_982_38,
     -0.142_857_142_660_679_5,
@@ -41,10 +41,10 @@ const ATAN: [f64; 10] = [
     -0.044_831_026_218_406_116,
     0.022_747_352_471_342_214,
 ];
-const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
-const QUARTER_PI: f64 = std::f64::consts::FRAC_PI_4;
+pub(super) const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
+pub(super) const QUARTER_PI: f64 = std::f64::consts::FRAC_PI_4;
 /// π/4 − [`QUARTER_PI`].
-const QUARTER_PI_LOW: f64 = 3.061_616_997_868_383e-17;
+pub(super) const QUARTER_PI_LOW: f64 = 3.061_616_997_868_383e-17;
 
 /// Sine and cosine of an angle \[rad\], each within 4.5e-16 for |angle| ≤ [`MAX_ANGLE`].
 ///
@@ -54,10 +54,17 @@ const QUARTER_PI_LOW: f64 = 3.061_616_997_868_383e-17;
 #[must_use]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
 pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
+    let (r, quarter) = reduced(angle_rad);
+    in_quadrant(r, quarter.to_bits())
+}
+
+/// The angle \[rad\] less whole quarter turns, and a number with these quarters in its lowest bits.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
+pub(super) fn reduced(angle_rad: f64) -> (f64, f64) {
     let shifted = angle_rad * std::f64::consts::FRAC_2_PI + ROUNDER;
     let n = shifted - ROUNDER;
-    let r = ((angle_rad - n * HALF_PI[0]) - n * HALF_PI[1]) - n * HALF_PI[2];
-    in_quadrant(r, shifted.to_bits())
+    (((angle_rad - n * HALF_PI[0]) - n * HALF_PI[1]) - n * HALF_PI[2], shifted)
 }
 
 /// Sine and cosine of an angle in degrees, each within 4.5e-16 for |angle| ≤ [`MAX_ANGLE`]; exact at multiples
@@ -74,7 +81,7 @@ pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
 /// Sine and cosine of `r` (|r| ≤ π/4) plus the quarter turns in the lowest two bits of `quarter`.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
-fn in_quadrant(r: f64, quarter: u64) -> (f64, f64) {
+pub(super) fn in_quadrant(r: f64, quarter: u64) -> (f64, f64) {
     let z = r * r;
     let s = r + r * z * polynomial(&SIN, z);
     let half = 0.5 * z;

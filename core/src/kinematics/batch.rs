@@ -55,11 +55,26 @@ impl JointLanes {
 
     /// Removes all lanes and keeps the memory.
     pub fn clear(&mut self) {
-        for lane in
-            [&mut self.x_mm, &mut self.y_mm, &mut self.z_mm, &mut self.first_rad, &mut self.second_rad]
-        {
+        for lane in self.each_mut() {
             lane.clear();
         }
+    }
+
+    pub(super) fn each_mut(&mut self) -> [&mut Vec<f64>; 5] {
+        [&mut self.x_mm, &mut self.y_mm, &mut self.z_mm, &mut self.first_rad, &mut self.second_rad]
+    }
+
+    /// `N` lanes from `begin` on, if there are so many.
+    pub(super) fn block_mut<const N: usize>(&mut self, begin: usize) -> Option<[&mut [f64; N]; 5]> {
+        let end = begin + N;
+        let Self { x_mm, y_mm, z_mm, first_rad, second_rad } = self;
+        Some([
+            x_mm.get_mut(begin..end)?.as_mut_array()?,
+            y_mm.get_mut(begin..end)?.as_mut_array()?,
+            z_mm.get_mut(begin..end)?.as_mut_array()?,
+            first_rad.get_mut(begin..end)?.as_mut_array()?,
+            second_rad.get_mut(begin..end)?.as_mut_array()?,
+        ])
     }
 
     /// Replaces all lanes by these: linear words \[mm\] and kinematic angles \[rad\].

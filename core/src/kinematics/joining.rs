@@ -1,59 +1,91 @@
 //! Converts chosen words to joints, and collects the warnings of a path.
 
-use super::lanes::{BLOCK, JointBlock, PoseBlock, PoseSource, join};
+use std::ops::Range;
+
+use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, join};
 use super::walk::{HELD, LIMIT, Walk, branch_words};
 use super::{InverseError, PathWarning, WarningKind};
 
+/// Memory for the joints of a block, and the words before it.
+pub(super) struct Joiner {
+    chain: LinearChain,
+    swapped: bool,
+    pub(super) block: Box<JointBlock>,
+    /// For a block at the end that is not full.
+    spare: Box<[Lane; 5]>,
+    /// Words of u, v of the latest pose joined \[deg\].
+    previous: Option<[f64; 2]>,
+}
+
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
-    /// Converts the chosen words to joints, block by block, and collects the warnings.
-    pub(super) fn join(&mut self) -> Result<(), InverseError> {
-        if self.singly {
-            return self.join_singly();
-        }
+    pub(super) fn joiner(&self) -> Joiner {
         let kinematics = self.kinematics;
-        let chain = kinematics.linear_chain();
-        let (mut block, mut joined) = (Box::new(PoseBlock::new()), Box::new(JointBlock::new()));
-        let swapped = kinematics.profile_index[0] == 1;
-        let mut previous = self.start;
-        for begin in (0..self.poses.count()).step_by(BLOCK) {
+        Joiner {
+            chain: kinematics.linear_chain(),
+            swapped: kinematics.profile_index[0] == 1,
+            block: Box::new(JointBlock::new()),
+            spare: Box::new([[0.0; BLOCK]; 5]),
+            previous: self.start,
+        }
+    }
+
+    /// Converts all chosen words to joints, block by block, and collects the warnings.
+    pub(super) fn join_all(&mut self) -> Result<(), InverseError> {
+        let mut joiner = self.joiner();
+        let mut copy = Box::new(PoseBlock::new());
+        let count = self.poses.count();
+        for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
-            let (size, poses) = self.poses.block(begin, &mut block);
-            let end = begin + size;
-            for (words, chosen) in joined.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
-                words[..size].copy_from_slice(&chosen[begin..end]);
-            }
-            join(self.options.instructions, &chain, poses.tip_mm, &mut joined);
-            let (first, second) = if swapped { (1, 0) } else { (0, 1) };
-            let joints = &mut self.out.joints;
-            joints.x_mm[begin..end].copy_from_slice(&joined.linear_mm[0][..size]);
-            joints.y_mm[begin..end].copy_from_slice(&joined.linear_mm[1][..size]);
-            joints.z_mm[begin..end].copy_from_slice(&joined.linear_mm[2][..size]);
-            joints.first_rad[begin..end].copy_from_slice(&joined.rotary_rad[first][..size]);
-            joints.second_rad[begin..end].copy_from_slice(&joined.rotary_rad[second][..size]);
-            let entered = previous.unwrap_or([joined.words_deg[0][0], joined.words_deg[1][0]]);
-            previous = Some([joined.words_deg[0][size - 1], joined.words_deg[1][size - 1]]);
-            let marked = self.marks[begin..end].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
-            let wide = (0..2)
-                .any(|k| has_step_over(self.options.rewind_deg, entered[k], &joined.words_deg[k][..size]));
-            if !marked && !wide {
-                continue;
-            }
-            let mut previous = Some(entered);
-            for lane in 0..size {
-                let words = [joined.words_deg[0][lane], joined.words_deg[1][lane]];
-                self.warn_of_step(begin + lane, previous, words);
-                previous = Some(words);
-            }
+            self.join(&mut joiner, &mut copy, begin..count.min(begin + BLOCK));
         }
         Ok(())
     }
 
-    fn join_singly(&mut self) -> Result<(), InverseError> {
-        let mut previous = self.start;
-        for index in 0..self.poses.count() {
-            if index % BLOCK == 0 {
-                self.go_on()?;
+    /// Converts the chosen words of a block to joints.
+    pub(super) fn join(&mut self, joiner: &mut Joiner, copy: &mut PoseBlock, lanes: Range<usize>) {
+        if self.singly {
+            self.join_singly(joiner, lanes);
+            return;
+        }
+        let (begin, size) = (lanes.start, lanes.len());
+        let poses = self.poses.block(begin, copy).1;
+        for (words, chosen) in joiner.block.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
+            words[..size].copy_from_slice(&chosen[lanes.clone()]);
+        }
+        let [u, v] = &joiner.block.words_deg;
+        let entered = joiner.previous.unwrap_or([u[0], v[0]]);
+        let marked = self.marks[lanes].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
+        let threshold_deg = self.options.rewind_deg;
+        let wide = has_step_over(threshold_deg, entered[0], &u[..size])
+            || has_step_over(threshold_deg, entered[1], &v[..size]);
+        self.join_block(joiner, poses.tip_mm, begin, size);
+        if marked || wide {
+            let mut previous = Some(entered);
+            for lane in 0..size {
+                let words = joiner.block.words_deg.each_ref().map(|words| words[lane]);
+                self.warn_of_step(begin + lane, previous, words);
+                previous = Some(words);
             }
+        }
+    }
+
+    /// Converts the words in the joiner's block to joints, without a look at warnings.
+    pub(super) fn join_block(&mut self, joiner: &mut Joiner, tip_mm: [&Lane; 3], begin: usize, size: usize) {
+        let Joiner { chain, swapped, block, spare, previous } = joiner;
+        *previous = Some(block.words_deg.each_ref().map(|words| words[size - 1]));
+        let set = self.options.instructions;
+        if let Some(here) = self.out.joints.block_mut(begin) {
+            join(set, chain, tip_mm, block, Joined::new(here, *swapped));
+            return;
+        }
+        join(set, chain, tip_mm, block, Joined::new(spare.each_mut(), *swapped));
+        for (lane, joined) in self.out.joints.each_mut().into_iter().zip(spare.iter()) {
+            lane[begin..begin + size].copy_from_slice(&joined[..size]);
+        }
+    }
+
+    fn join_singly(&mut self, joiner: &mut Joiner, poses: Range<usize>) {
+        for index in poses {
             let [u_deg, v_deg, ..] = branch_words(&self.out.joints);
             let words = [u_deg[index], v_deg[index]];
             let joined = self.kinematics.joints_at(self.poses.pose(index).tip_mm, words);
@@ -63,10 +95,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             joints.z_mm[index] = joined.linear_mm.z;
             joints.first_rad[index] = joined.rotary_rad[0];
             joints.second_rad[index] = joined.rotary_rad[1];
-            self.warn_of_step(index, previous, words);
-            previous = Some(words);
+            self.warn_of_step(index, joiner.previous, words);
+            joiner.previous = Some(words);
         }
-        Ok(())
     }
 
     /// Warns of a pose that is reached by a rewind, or that is marked.

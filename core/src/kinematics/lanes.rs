@@ -5,8 +5,8 @@
 use multiversion::multiversion;
 
 use super::pointing::Pointing;
-use super::{InstructionSet, Kinematics, PoseLanes, ToolPose};
-use crate::geometry::trig;
+use super::{InstructionSet, Kinematics, MAX_COORDINATE_MM, PoseLanes, ToolPose};
+use crate::geometry::trig_lanes;
 
 /// Poses processed together: all arrays of a block stay in the second-nearest cache.
 pub(super) const BLOCK: usize = 256;
@@ -94,92 +94,98 @@ impl PoseSource for PoseLanes {
 
 /// The directions of a block.
 pub(super) struct PointedBlock {
-    /// Words of u, v \[deg\] of the first branch, then of the second.
-    pub(super) words_deg: [Lane; 4],
-    /// y and x of the three angles from which the words are computed; afterwards y holds the angle \[rad\].
-    sides: [Lane; 6],
+    /// y of the angles B, η and γ (see [`super::pointing::Aimed`]), and afterwards the angles \[rad\].
+    pub(super) angles_rad: [Lane; 3],
+    /// x of these angles.
+    across: [Lane; 3],
     pub(super) conditioning: Lane,
-    /// Not positive if the lane needs care: near the pole or the reach limit, or without direction.
+    /// Not positive if the lane needs care: near the pole or the reach limit, without direction, or too far away.
     pub(super) margin: Lane,
 }
 
 impl PointedBlock {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { words_deg: [lane; 4], sides: [lane; 6], conditioning: lane, margin: lane }
+        Self { angles_rad: [lane; 3], across: [lane; 3], conditioning: lane, margin: lane }
     }
 }
 
-/// Linear words and kinematic angles of chosen words.
+/// Chosen words, and what is computed from them on the way to joints.
 pub(super) struct JointBlock {
     /// Words of u, v \[deg\]: the input.
     pub(super) words_deg: [Lane; 2],
-    /// θ of u, v \[rad\].
-    pub(super) rotary_rad: [Lane; 2],
     sin: [Lane; 2],
     cos: [Lane; 2],
-    from_tool_mm: [Lane; 3],
-    /// X Y Z \[mm\].
-    pub(super) linear_mm: [Lane; 3],
 }
 
 impl JointBlock {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self {
-            words_deg: [lane; 2],
-            rotary_rad: [lane; 2],
-            sin: [lane; 2],
-            cos: [lane; 2],
-            from_tool_mm: [lane; 3],
-            linear_mm: [lane; 3],
-        }
+        Self { words_deg: [lane; 2], sin: [lane; 2], cos: [lane; 2] }
+    }
+}
+
+/// Where the joints of a block go.
+pub(super) struct Joined<'a> {
+    /// X Y Z \[mm\].
+    pub(super) linear_mm: [&'a mut Lane; 3],
+    /// θ of u, v \[rad\].
+    pub(super) rotary_rad: [&'a mut Lane; 2],
+}
+
+impl<'a> Joined<'a> {
+    /// X Y Z and the rotary axes in the profile's order, which is `swapped` if v comes first.
+    pub(super) fn new([x, y, z, first, second]: [&'a mut Lane; 5], swapped: bool) -> Self {
+        let rotary_rad = if swapped { [second, first] } else { [first, second] };
+        Self { linear_mm: [x, y, z], rotary_rad }
     }
 }
 
 /// N and D below this need care: the solutions almost meet.
 const REACH_MARGIN: f64 = 1e-9;
 
-/// Solves the directions of a block. `cone_sin2` is sin² of the half-angle of the pole cone, widened.
+/// Solves the directions of a block up to its angles. `cone_sin2` is sin² of the half-angle of the pole cone, widened.
 pub(super) fn point(
     set: InstructionSet,
     pointing: &Pointing,
     cone_sin2: f64,
-    axis: [&Lane; 3],
+    poses: Poses<'_>,
     out: &mut PointedBlock,
 ) {
     match set {
-        InstructionSet::Baseline => point_loop(pointing, cone_sin2, axis, out),
-        InstructionSet::Avx2 => point_avx2(pointing, cone_sin2, axis, out),
+        InstructionSet::Baseline => point_loop(pointing, cone_sin2, poses, out),
+        InstructionSet::Avx2 => point_avx2(pointing, cone_sin2, poses, out),
         InstructionSet::Avx512 | InstructionSet::Fastest => {
-            point_avx512(pointing, cone_sin2, axis, out);
+            point_avx512(pointing, cone_sin2, poses, out);
         }
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn point_avx2(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
-    point_loop(pointing, cone_sin2, axis, out);
+fn point_avx2(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut PointedBlock) {
+    point_loop(pointing, cone_sin2, poses, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn point_avx512(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
-    point_loop(pointing, cone_sin2, axis, out);
+fn point_avx512(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut PointedBlock) {
+    point_loop(pointing, cone_sin2, poses, out);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut PointedBlock) {
+#[expect(clippy::needless_bitwise_bool, reason = "no branch inside a lane")]
+fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut PointedBlock) {
     let pointing = *pointing;
+    let Poses { tip_mm: [x, y, z], axis } = poses;
+    let is_near = |value_mm: f64| value_mm.abs() <= MAX_COORDINATE_MM;
     // Several short loops let the processor work on many lanes at a time instead of waiting for one.
-    #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
         let length = (i * i + j * j + k * k).sqrt();
         let aimed = pointing.aim([i / length, j / length, k / length]);
         for (k, [y, x]) in aimed.sides.into_iter().enumerate() {
-            out.sides[2 * k][lane] = y;
-            out.sides[2 * k + 1][lane] = x;
+            out.angles_rad[k][lane] = y;
+            out.across[k][lane] = x;
         }
         out.conditioning[lane] = aimed.conditioning;
         let [sin2, cos2] = aimed.half_tilt;
@@ -188,21 +194,51 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, axis: [&Lane; 3], out: &mut P
         let reach = reach - REACH_MARGIN;
         let least = if polar < reach { polar } else { reach };
         // Lengths that cannot be squared lose the margin, and so does NaN.
-        let sound = length > 1e-100 && length < 1e100;
-        out.margin[lane] = if sound { least } else { -1.0 };
+        let sound = (length > 1e-100) & (length < 1e100);
+        let near = is_near(x[lane]) & is_near(y[lane]) & is_near(z[lane]);
+        out.margin[lane] = if sound & near { least } else { -1.0 };
     }
-    let [by, bx, ey, ex, gy, gx] = &mut out.sides;
-    for (y, x) in [(by, bx), (ey, ex), (gy, gx)] {
-        for lane in 0..BLOCK {
-            y[lane] = trig::atan2(y[lane], x[lane]);
-        }
+    for (angle, across) in out.angles_rad.iter_mut().zip(&out.across) {
+        trig_lanes::atan2(angle, across);
     }
+}
+
+/// The words \[deg\] of a block that was pointed: u, v of the first branch, then of the second.
+pub(super) fn both_words(
+    set: InstructionSet,
+    pointing: &Pointing,
+    pointed: &PointedBlock,
+    words_deg: &mut [Lane; 4],
+) {
+    match set {
+        InstructionSet::Baseline => both_words_loop(pointing, pointed, words_deg),
+        InstructionSet::Avx2 => both_words_avx2(pointing, pointed, words_deg),
+        InstructionSet::Avx512 | InstructionSet::Fastest => both_words_avx512(pointing, pointed, words_deg),
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn both_words_avx2(pointing: &Pointing, pointed: &PointedBlock, words_deg: &mut [Lane; 4]) {
+    both_words_loop(pointing, pointed, words_deg);
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+fn both_words_avx512(pointing: &Pointing, pointed: &PointedBlock, words_deg: &mut [Lane; 4]) {
+    both_words_loop(pointing, pointed, words_deg);
+}
+
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
+#[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
+fn both_words_loop(pointing: &Pointing, pointed: &PointedBlock, words_deg: &mut [Lane; 4]) {
+    let pointing = *pointing;
+    let [b, eta, gamma] = &pointed.angles_rad;
     for lane in 0..BLOCK {
-        let words = pointing.words_deg([out.sides[0][lane], out.sides[2][lane], out.sides[4][lane]]);
-        out.words_deg[0][lane] = words[0][0];
-        out.words_deg[1][lane] = words[0][1];
-        out.words_deg[2][lane] = words[1][0];
-        out.words_deg[3][lane] = words[1][1];
+        let words = pointing.words_deg([b[lane], eta[lane], gamma[lane]]);
+        words_deg[0][lane] = words[0][0];
+        words_deg[1][lane] = words[0][1];
+        words_deg[2][lane] = words[1][0];
+        words_deg[3][lane] = words[1][1];
     }
 }
 
@@ -232,84 +268,92 @@ impl Kinematics {
 }
 
 /// Angles and linear words for chosen words and the tips of a block.
-pub(super) fn join(set: InstructionSet, chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
+pub(super) fn join(
+    set: InstructionSet,
+    chain: &LinearChain,
+    tip_mm: [&Lane; 3],
+    block: &mut JointBlock,
+    out: Joined<'_>,
+) {
     match set {
-        InstructionSet::Baseline => join_any(chain, tip_mm, block),
-        InstructionSet::Avx2 => join_avx2(chain, tip_mm, block),
-        InstructionSet::Avx512 | InstructionSet::Fastest => join_avx512(chain, tip_mm, block),
+        InstructionSet::Baseline => join_any(chain, tip_mm, block, out),
+        InstructionSet::Avx2 => join_avx2(chain, tip_mm, block, out),
+        InstructionSet::Avx512 | InstructionSet::Fastest => join_avx512(chain, tip_mm, block, out),
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn join_avx2(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
-    join_any(chain, tip_mm, block);
+fn join_avx2(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out: Joined<'_>) {
+    join_any(chain, tip_mm, block, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn join_avx512(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
-    join_any(chain, tip_mm, block);
+fn join_avx512(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out: Joined<'_>) {
+    join_any(chain, tip_mm, block, out);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn join_any(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
+fn join_any(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out: Joined<'_>) {
     match chain.head_axes {
-        0 => join_loop::<0>(chain, tip_mm, block),
-        1 => join_loop::<1>(chain, tip_mm, block),
-        _ => join_loop::<2>(chain, tip_mm, block),
+        0 => join_loop::<0>(chain, tip_mm, block, out),
+        1 => join_loop::<1>(chain, tip_mm, block, out),
+        _ => join_loop::<2>(chain, tip_mm, block, out),
     }
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn join_loop<const HEAD_AXES: usize>(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock) {
+fn join_loop<const HEAD_AXES: usize>(
+    chain: &LinearChain,
+    tip_mm: [&Lane; 3],
+    block: &mut JointBlock,
+    out: Joined<'_>,
+) {
     let chain = *chain;
-    for k in 0..2 {
+    let Joined { linear_mm: [x, y, z], rotary_rad } = out;
+    let JointBlock { words_deg, sin, cos } = block;
+    for (k, angles_rad) in rotary_rad.into_iter().enumerate() {
         for lane in 0..BLOCK {
-            let angle = chain.sense[k] * block.words_deg[k][lane].to_radians();
-            block.rotary_rad[k][lane] = angle;
-            (block.sin[k][lane], block.cos[k][lane]) = trig::sin_cos(angle);
+            angles_rad[lane] = chain.sense[k] * words_deg[k][lane].to_radians();
         }
+        trig_lanes::sin_cos(angles_rad, &mut sin[k], &mut cos[k]);
     }
-    let JointBlock { sin, cos, linear_mm, from_tool_mm, .. } = block;
-    for k in 0..3 {
-        for lane in 0..BLOCK {
-            linear_mm[k][lane] = tip_mm[k][lane] + chain.offset[k];
-            from_tool_mm[k][lane] = 0.0;
-        }
+    for lane in 0..BLOCK {
+        let turns = [[sin[0][lane], cos[0][lane]], [sin[1][lane], cos[1][lane]]];
+        let tip = [tip_mm[0][lane], tip_mm[1][lane], tip_mm[2][lane]];
+        [x[lane], y[lane], z[lane]] = linear_words::<HEAD_AXES>(&chain, turns, tip);
     }
+}
+
+/// X Y Z \[mm\] for the sines and cosines of u, v and a tip \[mm\].
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
+fn linear_words<const HEAD_AXES: usize>(
+    chain: &LinearChain,
+    turns: [[f64; 2]; 2],
+    tip_mm: [f64; 3],
+) -> [f64; 3] {
+    let mut from_workpiece = sum(tip_mm, chain.offset);
+    let mut from_tool = [0.0; 3];
     for (count, k) in [1, 0].into_iter().enumerate() {
         if count < HEAD_AXES {
-            for lane in 0..BLOCK {
-                carry(&chain, k, sin[k][lane], cos[k][lane], from_tool_mm, lane);
-            }
+            from_tool = carry(chain, k, turns[k], from_tool);
         }
     }
     for k in 0..2 - HEAD_AXES {
-        for lane in 0..BLOCK {
-            carry(&chain, k, -sin[k][lane], cos[k][lane], linear_mm, lane);
-        }
+        let [sin, cos] = turns[k];
+        from_workpiece = carry(chain, k, [-sin, cos], from_workpiece);
     }
-    for lane in 0..BLOCK {
-        let from_workpiece = [linear_mm[0][lane], linear_mm[1][lane], linear_mm[2][lane]];
-        let from_tool = [from_tool_mm[0][lane], from_tool_mm[1][lane], from_tool_mm[2][lane]];
-        let p = difference(difference(from_workpiece, chain.offset), from_tool);
-        let [cx, cy, cz] = chain.columns;
-        for k in 0..3 {
-            linear_mm[k][lane] = cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2];
-        }
-    }
+    let p = difference(difference(from_workpiece, chain.offset), from_tool);
+    let [cx, cy, cz] = chain.columns;
+    std::array::from_fn(|k| cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2])
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn carry(chain: &LinearChain, k: usize, sin: f64, cos: f64, points: &mut [Lane; 3], lane: usize) {
-    let p = [points[0][lane], points[1][lane], points[2][lane]];
-    let turned = turn(chain.direction[k], sin, cos, difference(p, chain.point[k]));
-    let carried = sum(turned, chain.point[k]);
-    for (point, carried) in points.iter_mut().zip(carried) {
-        point[lane] = carried;
-    }
+fn carry(chain: &LinearChain, k: usize, [sin, cos]: [f64; 2], p: [f64; 3]) -> [f64; 3] {
+    sum(turn(chain.direction[k], sin, cos, difference(p, chain.point[k])), chain.point[k])
 }
 
 /// The vector `v` turned about the unit direction `d` (Rodrigues), with the operations of the scalar screw.

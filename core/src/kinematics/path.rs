@@ -202,22 +202,23 @@ impl Kinematics {
         };
         let mut walk = Walk { kinematics: self, poses, options, singly, start, stop, out, marks: Vec::new() };
         let grid = Grid::new(self.travel_deg);
-        walk.examine()?;
         if poses.count() == 0 {
+            walk.begin();
             return Ok(());
         }
         // A single pose has at most the start before it: the nearest state is the cheapest, without memory to
         // compare paths.
         let selection = if poses.count() == 1 { Selection::Nearest } else { options.selection };
         match selection {
-            Selection::Nearest => walk.choose_nearest(grid)?,
+            Selection::Nearest => walk.take_nearest(grid),
             Selection::Cheapest => {
+                walk.examine_all()?;
                 if !walk.choose_relaxed(grid)? {
                     walk.choose_cheapest(grid)?;
                 }
+                walk.join_all()
             }
         }
-        walk.join()
     }
 
     fn check_start(&self, words_deg: [f64; 2]) -> Result<(), InverseError> {

@@ -123,6 +123,15 @@ impl Pointing {
         [[word(gamma + eta, 0), word(self.b0_rad + b, 1)], [word(gamma - eta, 0), word(self.b0_rad - b, 1)]]
     }
 
+    /// The words of the solution with B positive (`sign` 1) or negative (−1). They equal those of
+    /// [`Pointing::words_deg`].
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
+    pub(super) fn words_of_sign(&self, sign: f64, [b, eta, gamma]: [f64; 3]) -> [f64; 2] {
+        let word = |angle_rad: f64, k: usize| principal_deg(angle_rad * self.word_per_rad[k]);
+        [word(gamma + sign * eta, 0), word(self.b0_rad + sign * b, 1)]
+    }
+
     /// The only solution where both meet, at the nearer (`far` false: B = 0) or farther (B = π) reach limit.
     pub(super) fn solve_at_limit(&self, t: [f64; 3], far: bool) -> [f64; 2] {
         let [_, w, n] = &self.frame;

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::choice::Choice;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
-use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, point};
+use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, both_words, point};
 use super::pointing::{nearest_integer, principal_deg};
 use super::two_way::{Rules, Weights, weigh};
 use super::{InverseError, JointLanes, Kinematics, MAX_CELLS, Path, PathOptions, REACH_SLACK_RAD, Selection};
@@ -14,17 +14,58 @@ use crate::machine::Motion;
 
 const ALIVE: [u8; 2] = [1, 2];
 /// Both branches are alive, and nothing is special.
-const PLAIN: u8 = 3;
+pub(super) const PLAIN: u8 = 3;
 pub(super) const HELD: u8 = 4;
 /// Near the pole or the reach limit: the pose has a residual to report.
 pub(super) const LIMIT: u8 = 8;
 
 /// The steps into the poses of a block, with weights computed in lanes.
-struct Weighed {
-    rules: Rules,
+pub(super) struct Weighed {
+    pub(super) rules: Rules,
     /// Principal words of u, v of the first branch, then of the second \[deg\].
-    words: Box<[Lane; 4]>,
-    weights: Box<Weights>,
+    pub(super) words: Box<[Lane; 4]>,
+    pub(super) weights: Box<Weights>,
+}
+
+/// The directions found so far.
+pub(super) struct Examination {
+    cone_rad: f64,
+    cone_sin2: f64,
+    /// Memory for a block. `None` if poses are solved one by one.
+    pub(super) lanes: Option<ExaminedLanes>,
+    /// Principal words of u of the latest pose, per branch, for held poses. Before there are any, held poses wait.
+    held_u: Option<[f64; 2]>,
+    /// The first pose that is known not to wait, or the next to look at.
+    waiting: usize,
+    /// Both branches' words of the pose before the next block.
+    pub(super) before: [f64; 4],
+}
+
+impl Examination {
+    /// Whether poses wait for the words of a later one.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.held_u.is_none()
+    }
+}
+
+/// Memory for the directions of a block.
+pub(super) struct ExaminedLanes {
+    pub(super) copy: Box<PoseBlock>,
+    pub(super) pointed: Box<PointedBlock>,
+    words_deg: Box<[Lane; 4]>,
+    /// Whether a pose of the block has no margin.
+    pub(super) care: bool,
+}
+
+impl ExaminedLanes {
+    fn new() -> Self {
+        Self {
+            copy: Box::new(PoseBlock::new()),
+            pointed: Box::new(PointedBlock::new()),
+            words_deg: Box::new([[0.0; BLOCK]; 4]),
+            care: true,
+        }
+    }
 }
 
 /// The words of both branches \[deg\]: u and v of the first, then u and v of the second. They are kept in the memory
@@ -36,7 +77,7 @@ pub(super) fn branch_words(memory: &JointLanes) -> [&[f64]; 4] {
 
 /// The same, to be written.
 #[inline]
-fn branch_words_mut(memory: &mut JointLanes) -> [&mut [f64]; 4] {
+pub(super) fn branch_words_mut(memory: &mut JointLanes) -> [&mut [f64]; 4] {
     [&mut memory.x_mm, &mut memory.y_mm, &mut memory.z_mm, &mut memory.first_rad]
 }
 
@@ -62,109 +103,130 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    /// Solves all directions. Poses near the pole, the reach limit or travel ends are solved one by one.
-    pub(super) fn examine(&mut self) -> Result<(), InverseError> {
+    /// Memory for all poses, and the state before the first.
+    pub(super) fn begin(&mut self) -> Examination {
         let count = self.poses.count();
-        let kinematics = self.kinematics;
-        let joints = &mut self.out.joints;
-        for lane in [
-            &mut joints.x_mm,
-            &mut joints.y_mm,
-            &mut joints.z_mm,
-            &mut joints.first_rad,
-            &mut joints.second_rad,
-        ] {
+        for lane in self.out.joints.each_mut() {
             lane.resize(count, 0.0);
         }
         self.out.warnings.clear();
         self.marks.clear();
         self.out.conditioning.resize(count, 0.0);
-        self.marks.resize(count, ALIVE[0] | ALIVE[1]);
-        let cone = kinematics.pole_cone_rad();
-        let cone_sin2 = trig::sin_cos(1.001 * cone).0.powi(2);
-        let linear_limited = kinematics.linear_travel_mm.iter().any(Option::is_some);
-        let all_singly = linear_limited || self.singly;
-        let mut lanes = (!all_singly).then(|| (Box::new(PoseBlock::new()), Box::new(PointedBlock::new())));
-        // Principal words of u of the latest pose, per branch, for held poses. Before there are any, held poses
-        // wait.
-        let mut held_u: Option<[f64; 2]> = self.start.map(|words| [principal_deg(words[0]); 2]);
-        let mut waiting = 0;
-        for begin in (0..count).step_by(BLOCK) {
+        self.marks.resize(count, PLAIN);
+        let cone_rad = self.kinematics.pole_cone_rad();
+        let linear_limited = self.kinematics.linear_travel_mm.iter().any(Option::is_some);
+        Examination {
+            cone_rad,
+            cone_sin2: trig::sin_cos(1.001 * cone_rad).0.powi(2),
+            lanes: (!(linear_limited || self.singly)).then(ExaminedLanes::new),
+            held_u: self.start.map(|words| [principal_deg(words[0]); 2]),
+            waiting: 0,
+            before: [0.0; 4],
+        }
+    }
+
+    /// Solves all directions.
+    pub(super) fn examine_all(&mut self) -> Result<(), InverseError> {
+        let mut examination = self.begin();
+        self.examine_from(0, &mut examination)
+    }
+
+    /// Solves the directions from this block on.
+    pub(super) fn examine_from(
+        &mut self,
+        begin: usize,
+        examination: &mut Examination,
+    ) -> Result<(), InverseError> {
+        for begin in (begin..self.poses.count()).step_by(BLOCK) {
             self.go_on()?;
-            let end = count.min(begin + BLOCK);
-            let care =
-                lanes.as_mut().is_none_or(|(block, pointed)| self.point(begin, cone_sin2, block, pointed));
-            for pose in begin..if care { end } else { begin } {
-                if lanes.as_ref().is_some_and(|(_, pointed)| pointed.margin[pose - begin] > 0.0) {
-                    continue;
-                }
-                if self.examine_one(pose, cone)? {
-                    // Inside the cone.
-                    if let Some(u_deg) = self.entry(pose, held_u) {
-                        held_u = Some(u_deg);
-                        self.hold(pose, u_deg)?;
-                    }
+            self.point(begin, examination);
+            self.examine(begin, examination)?;
+        }
+        Ok(())
+    }
+
+    /// Solves the directions of a block that was pointed. Poses near the pole, the reach limit or travel ends are
+    /// solved one by one.
+    pub(super) fn examine(
+        &mut self,
+        begin: usize,
+        examination: &mut Examination,
+    ) -> Result<(), InverseError> {
+        let count = self.poses.count();
+        let end = count.min(begin + BLOCK);
+        let entered_u = [examination.before[0], examination.before[2]];
+        let cone_rad = examination.cone_rad;
+        let lanes = &mut examination.lanes;
+        let care = lanes.as_mut().is_none_or(|lanes| {
+            self.keep_words(begin, lanes);
+            lanes.care
+        });
+        for pose in begin..if care { end } else { begin } {
+            if lanes.as_ref().is_some_and(|lanes| lanes.pointed.margin[pose - begin] > 0.0) {
+                continue;
+            }
+            if self.examine_one(pose, cone_rad)? {
+                // Inside the cone.
+                let entry = if pose == begin { entered_u } else { self.u_words(pose - 1) };
+                if let Some(begins_with) = examination.held_u {
+                    let u_deg = if pose == 0 { begins_with } else { entry };
+                    examination.held_u = Some(u_deg);
+                    self.hold(pose, u_deg)?;
                 }
             }
-            // Poses before the first one outside the cone take its words.
-            if held_u.is_none() {
-                while waiting < end && self.marks[waiting] & HELD != 0 {
-                    waiting += 1;
-                }
-                if waiting < end || end == count {
-                    let words = if waiting < count { self.u_words(waiting) } else { [0.0; 2] };
-                    held_u = Some(words);
-                    for pose in 0..waiting {
-                        self.hold(pose, words)?;
-                    }
-                    for pose in waiting..end {
-                        if self.marks[pose] & HELD != 0 {
-                            let u_deg = self.entry(pose, held_u).unwrap_or(words);
-                            self.hold(pose, u_deg)?;
-                        }
-                    }
-                }
+        }
+        self.hold_waiting(end, examination)?;
+        examination.before = self.both(end - 1);
+        Ok(())
+    }
+
+    /// Poses before the first one outside the cone take its words.
+    fn hold_waiting(&mut self, end: usize, examination: &mut Examination) -> Result<(), InverseError> {
+        if examination.held_u.is_some() {
+            return Ok(());
+        }
+        let count = self.poses.count();
+        let mut waiting = examination.waiting;
+        while waiting < end && self.marks[waiting] & HELD != 0 {
+            waiting += 1;
+        }
+        examination.waiting = waiting;
+        if waiting == end && end < count {
+            return Ok(());
+        }
+        let words = if waiting < count { self.u_words(waiting) } else { [0.0; 2] };
+        examination.held_u = Some(words);
+        for pose in 0..waiting {
+            self.hold(pose, words)?;
+        }
+        for pose in waiting..end {
+            if self.marks[pose] & HELD != 0 {
+                self.hold(pose, if pose == 0 { words } else { self.u_words(pose - 1) })?;
             }
         }
         Ok(())
     }
 
-    /// Solves the directions of a block in lanes. True if any of its poses needs care and so has no margin.
-    fn point(
-        &mut self,
-        begin: usize,
-        cone_sin2: f64,
-        block: &mut PoseBlock,
-        pointed: &mut PointedBlock,
-    ) -> bool {
-        let (size, poses) = self.poses.block(begin, block);
-        point(self.options.instructions, &self.kinematics.pointing, cone_sin2, poses.axis, pointed);
-        let all = begin..begin + size;
-        for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(&pointed.words_deg) {
-            kept[all.clone()].copy_from_slice(&found[..size]);
-        }
-        self.out.conditioning[all].copy_from_slice(&pointed.conditioning[..size]);
-        let tip_is_near = |lane: usize| {
-            let is_near = |k: usize| u8::from(poses.tip_mm[k][lane].abs() <= super::MAX_COORDINATE_MM);
-            is_near(0) & is_near(1) & is_near(2)
-        };
-        let sound = |lane: usize| u8::from(pointed.margin[lane] > 0.0) & tip_is_near(lane);
+    /// Points the block in lanes, if there are lanes.
+    pub(super) fn point(&self, begin: usize, examination: &mut Examination) {
+        let cone_sin2 = examination.cone_sin2;
+        let Some(lanes) = &mut examination.lanes else { return };
+        let (size, poses) = self.poses.block(begin, &mut lanes.copy);
+        point(self.options.instructions, &self.kinematics.pointing, cone_sin2, poses, &mut lanes.pointed);
         // Without a branch in the loop.
-        if (0..size).fold(1, |all, lane| all & sound(lane)) == 1 {
-            return false;
-        }
-        for lane in 0..size {
-            if tip_is_near(lane) == 0 {
-                pointed.margin[lane] = -1.0;
-            }
-        }
-        true
+        let sound = lanes.pointed.margin[..size].iter().fold(1, |all, margin| all & u8::from(*margin > 0.0));
+        lanes.care = sound == 0;
     }
 
-    /// The words of u that a held pose keeps: those of the pose before, or those at the beginning of the path.
-    fn entry(&self, pose: usize, begins_with: Option<[f64; 2]>) -> Option<[f64; 2]> {
-        let begins_with = begins_with?;
-        Some(if pose == 0 { begins_with } else { self.u_words(pose - 1) })
+    /// Keeps the words of both branches of a block.
+    fn keep_words(&mut self, begin: usize, lanes: &mut ExaminedLanes) {
+        let end = self.poses.count().min(begin + BLOCK);
+        let ExaminedLanes { pointed, words_deg, .. } = lanes;
+        both_words(self.options.instructions, &self.kinematics.pointing, pointed, words_deg);
+        for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(words_deg.iter()) {
+            kept[begin..end].copy_from_slice(&found[..end - begin]);
+        }
+        self.out.conditioning[begin..end].copy_from_slice(&pointed.conditioning[..end - begin]);
     }
 
     fn u_words(&self, pose: usize) -> [f64; 2] {
@@ -223,7 +285,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(())
     }
 
-    fn stage(&self, pose: usize) -> Stage {
+    pub(super) fn stage(&self, pose: usize) -> Stage {
         let mark = self.marks[pose];
         let [first_u, first_v, second_u, second_v] = self.both(pose);
         Stage {
@@ -234,7 +296,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     /// Why no state of this pose can be reached.
-    fn no_way(&self, pose: usize) -> InverseError {
+    pub(super) fn no_way(&self, pose: usize) -> InverseError {
         if self.marks[pose] & HELD == 0 {
             if let Err(error) = self.kinematics.candidates(pose, &self.poses.pose(pose), 0.0) {
                 return error;
@@ -318,7 +380,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     /// The weights of the steps into the poses `begin..end`, starting from the words `before`.
-    fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
+    pub(super) fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
         for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
             lane[..end - begin].copy_from_slice(&from[begin..end]);
         }
@@ -328,7 +390,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     /// Memory for the weights of a block, if steps are weighted in lanes.
-    fn lanes_of(&self, grid: Grid) -> Option<Weighed> {
+    pub(super) fn lanes_of(&self, grid: Grid) -> Option<Weighed> {
         let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.singly)?;
         Some(Weighed { rules, words: Box::new([[0.0; BLOCK]; 4]), weights: Box::new(Weights::new()) })
     }
@@ -353,7 +415,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    fn choose(&mut self, pose: usize, chosen_deg: [f64; 2]) {
+    pub(super) fn choose(&mut self, pose: usize, chosen_deg: [f64; 2]) {
         for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
             kept[pose] = word;
         }
@@ -365,85 +427,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    pub(super) fn choose_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
-        let count = self.poses.count();
-        let mut previous = self.start;
-        let mut lanes = self.lanes_of(grid);
-        let mut branch = 0;
-        // Both branches' words of the pose before the block. The arrays there already hold the choice.
-        let mut before = [0.0; 4];
-        for begin in (0..count).step_by(BLOCK) {
-            self.go_on()?;
-            let end = count.min(begin + BLOCK);
-            if let Some(lanes) = &mut lanes {
-                self.weigh(before, begin, end, lanes);
-            }
-            before = self.both(end - 1);
-            let mut pose = begin;
-            while pose < end {
-                // After a held pose the weights do not apply: they start from a branch's own words, not from the
-                // held ones.
-                let goes_on = pose > 0 && self.marks[pose - 1] & HELD == 0;
-                if let (Some(lanes), Some(mut words), true) = (&lanes, previous, goes_on) {
-                    let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
-                    let run = pose - begin..pose - begin + plain;
-                    let [u_deg, v_deg, ..] = branch_words_mut(&mut self.out.joints);
-                    let (u_deg, v_deg) = (&mut u_deg[pose..pose + plain], &mut v_deg[pose..pose + plain]);
-                    let taken = nearest_run(lanes, run, &mut branch, &mut words, u_deg, v_deg);
-                    previous = Some(words);
-                    pose += taken;
-                    if pose == end {
-                        break;
-                    }
-                }
-                let stage = self.stage(pose);
-                let Some((chosen, words)) = grid.nearest(&stage, previous, self.options.rewind_deg) else {
-                    return Err(self.no_way(pose));
-                };
-                branch = chosen;
-                self.choose(pose, words);
-                previous = Some(words);
-                pose += 1;
-            }
-        }
-        Ok(())
-    }
-
-    fn both(&self, pose: usize) -> [f64; 4] {
+    pub(super) fn both(&self, pose: usize) -> [f64; 4] {
         branch_words(&self.out.joints).map(|kept| kept[pose])
     }
-}
-
-/// Follows the nearest branches along lanes until something ties or is out of travel. Returns the number of lanes
-/// taken; `branch` and `words` are those of the last one.
-fn nearest_run(
-    lanes: &Weighed,
-    run: std::ops::Range<usize>,
-    branch: &mut usize,
-    words: &mut [f64; 2],
-    u_deg: &mut [f64],
-    v_deg: &mut [f64],
-) -> usize {
-    let Weighed { rules, words: principal_words, weights } = lanes;
-    let start = run.start;
-    for lane in run.clone() {
-        let from = *branch & 1;
-        let nearest = weights.nearest[from][lane];
-        let to = usize::from(nearest > 0.5);
-        if nearest > 0.25 && nearest < 0.75 {
-            return lane - start;
-        }
-        for k in 0..2 {
-            let principal = principal_words[2 * to + k][lane];
-            words[k] = if rules.period[k] > 0.0 {
-                principal + 360.0 * nearest_integer((words[k] - principal) * (1.0 / 360.0))
-            } else {
-                principal + rules.turn_deg[k]
-            };
-        }
-        *branch = to;
-        u_deg[lane - start] = words[0];
-        v_deg[lane - start] = words[1];
-    }
-    run.len()
 }

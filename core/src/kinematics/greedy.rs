@@ -1,0 +1,175 @@
+//! The nearest choice in one pass: each block is examined, chosen and joined while it is in the nearest cache.
+
+use std::ops::Range;
+
+use super::InverseError;
+use super::grid::Grid;
+use super::joining::Joiner;
+use super::lanes::{BLOCK, PoseBlock, PoseSource};
+use super::pointing::nearest_integer;
+use super::steady::{Bounds, Course, follow};
+use super::walk::{Examination, HELD, PLAIN, Walk, Weighed, branch_words_mut};
+
+/// The choice so far.
+struct Chosen {
+    grid: Grid,
+    bounds: Bounds,
+    /// Words of u, v of the latest pose \[deg\].
+    words_deg: Option<[f64; 2]>,
+    /// Its branch.
+    branch: usize,
+    /// Memory to weigh a block.
+    weighed: Option<Weighed>,
+}
+
+impl<P: PoseSource + ?Sized> Walk<'_, P> {
+    /// Solves, chooses the nearest state of each pose, and converts it to joints.
+    pub(super) fn take_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
+        let count = self.poses.count();
+        let mut examination = self.begin();
+        let mut chosen = Chosen {
+            grid,
+            bounds: Bounds::new(&self.kinematics.pointing, grid.travel, self.options.rewind_deg),
+            words_deg: self.start,
+            branch: 0,
+            weighed: self.lanes_of(grid),
+        };
+        let mut joiner = self.joiner();
+        let mut copy = Box::new(PoseBlock::new());
+        // Poses before this one are done.
+        let mut done = 0;
+        for begin in (0..count).step_by(BLOCK) {
+            self.go_on()?;
+            let end = count.min(begin + BLOCK);
+            let mut before = examination.before;
+            self.point(begin, &mut examination);
+            if done == begin && self.keep_course(&mut examination, &mut chosen, &mut joiner, begin..end) {
+                done = end;
+                continue;
+            }
+            self.examine(begin, &mut examination)?;
+            if examination.is_waiting() && end < count {
+                continue;
+            }
+            for begin in (done..end).step_by(BLOCK) {
+                let block = begin..end.min(begin + BLOCK);
+                let last = self.both(block.end - 1);
+                if let Err(error) = self.choose_nearest(&mut chosen, before, block.clone()) {
+                    // A pose that cannot be solved at all is told first.
+                    self.examine_from(end, &mut examination)?;
+                    return Err(error);
+                }
+                before = last;
+                self.join(&mut joiner, &mut copy, block);
+            }
+            done = end;
+        }
+        Ok(())
+    }
+
+    /// Goes on along the branch of the pose before, if the block is steady. False if it is not, and then nothing is
+    /// changed.
+    fn keep_course(
+        &mut self,
+        examination: &mut Examination,
+        chosen: &mut Chosen,
+        joiner: &mut Joiner,
+        block: Range<usize>,
+    ) -> bool {
+        let (Some(lanes), Some(entered_deg)) = (&mut examination.lanes, chosen.words_deg) else {
+            return false;
+        };
+        let (begin, size) = (block.start, block.len());
+        if begin == 0 || lanes.care {
+            return false;
+        }
+        let (set, pointing) = (self.options.instructions, &self.kinematics.pointing);
+        let course = Course { branch: chosen.branch, entered_deg };
+        let words = &mut joiner.block.words_deg;
+        if !follow(set, pointing, &chosen.bounds, course, &lanes.pointed, size, words) {
+            return false;
+        }
+        chosen.words_deg = Some(words.each_ref().map(|words| words[size - 1]));
+        let (_, poses) = self.poses.block(begin, &mut lanes.copy);
+        self.join_block(joiner, poses.tip_mm, begin, size);
+        self.out.conditioning[block].copy_from_slice(&lanes.pointed.conditioning[..size]);
+        let last = lanes.pointed.angles_rad.each_ref().map(|angle| angle[size - 1]);
+        let [[first_u, first_v], [second_u, second_v]] = pointing.words_deg(last);
+        examination.before = [first_u, first_v, second_u, second_v];
+        true
+    }
+
+    /// Chooses the poses of a block. `before` has both branches' words of the pose before: the arrays there already
+    /// hold the choice.
+    fn choose_nearest(
+        &mut self,
+        chosen: &mut Chosen,
+        before: [f64; 4],
+        block: Range<usize>,
+    ) -> Result<(), InverseError> {
+        let (begin, end) = (block.start, block.end);
+        if let Some(weighed) = &mut chosen.weighed {
+            self.weigh(before, begin, end, weighed);
+        }
+        let mut pose = begin;
+        while pose < end {
+            // After a held pose the weights do not apply: they start from a branch's own words, not from the held
+            // ones.
+            let goes_on = pose > 0 && self.marks[pose - 1] & HELD == 0;
+            if let (Some(weighed), Some(mut words), true) = (&chosen.weighed, chosen.words_deg, goes_on) {
+                let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+                let run = pose - begin..pose - begin + plain;
+                let [u_deg, v_deg, ..] = branch_words_mut(&mut self.out.joints);
+                let (u_deg, v_deg) = (&mut u_deg[pose..pose + plain], &mut v_deg[pose..pose + plain]);
+                let taken = nearest_run(weighed, run, &mut chosen.branch, &mut words, u_deg, v_deg);
+                chosen.words_deg = Some(words);
+                pose += taken;
+                if pose == end {
+                    break;
+                }
+            }
+            let stage = self.stage(pose);
+            let nearest = chosen.grid.nearest(&stage, chosen.words_deg, self.options.rewind_deg);
+            let Some((branch, words)) = nearest else { return Err(self.no_way(pose)) };
+            chosen.branch = branch;
+            self.choose(pose, words);
+            chosen.words_deg = Some(words);
+            pose += 1;
+        }
+        Ok(())
+    }
+}
+
+/// Follows the nearest branches along lanes until something ties or is out of travel. Returns the number of lanes
+/// taken; `branch` and `words` are those of the last one.
+fn nearest_run(
+    lanes: &Weighed,
+    run: std::ops::Range<usize>,
+    branch: &mut usize,
+    words: &mut [f64; 2],
+    u_deg: &mut [f64],
+    v_deg: &mut [f64],
+) -> usize {
+    let Weighed { rules, words: principal_words, weights } = lanes;
+    let start = run.start;
+    for lane in run.clone() {
+        let from = *branch & 1;
+        let nearest = weights.nearest[from][lane];
+        let to = usize::from(nearest > 0.5);
+        if nearest > 0.25 && nearest < 0.75 {
+            return lane - start;
+        }
+        for k in 0..2 {
+            let principal = principal_words[2 * to + k][lane];
+            words[k] = if rules.period[k] > 0.0 {
+                principal + 360.0 * nearest_integer((words[k] - principal) * (1.0 / 360.0))
+            } else {
+                principal + rules.turn_deg[k]
+            };
+        }
+        *branch = to;
+        u_deg[lane - start] = words[0];
+        v_deg[lane - start] = words[1];
+    }
+    run.len()
+}
