@@ -7,6 +7,7 @@
 use super::cost::{Cost, NO_WAY, in_steps};
 use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
+use super::staying::Stays;
 use super::two_way::Weights;
 
 /// From this travel on, a common part is subtracted from all states, so that sums stay exact.
@@ -120,13 +121,7 @@ impl Choice {
     ) -> usize {
         let (start, end) = (lanes.start, lanes.end);
         let mut costs = [self.costs[0], self.costs[1]];
-        // Whole turns of each state beyond the principal words of the latest pose.
-        let mut turns: [[f64; 2]; 2] = std::array::from_fn(|state| {
-            std::array::from_fn(|k| {
-                let principal = in_steps(self.latest.words_deg[state][k]);
-                nearest_integer((self.words[state][k] - principal) * (1.0 / 360.0))
-            })
-        });
+        let mut turns = self.turns();
         let mut reached = 0;
         for lane in start..end {
             let step = |from: usize, to: usize| {
@@ -162,19 +157,60 @@ impl Choice {
             (costs, turns) = (next, next_turns);
             reached += 1;
         }
+        self.costs.copy_from_slice(&costs);
+        self.arrive_at(last, turns);
+        reached
+    }
+
+    /// Advances several poses along both branches, if no path changes its branch there. False if one could, and then
+    /// nothing is changed.
+    pub(super) fn stay(&mut self, stays: &Stays, size: usize, last: &Stage) -> bool {
+        let [mut first, mut second] = [self.costs[0], self.costs[1]];
+        #[expect(clippy::float_cmp, reason = "small whole numbers")]
+        let equal = first.rewinds == second.rewinds && first.rewinds.is_finite();
+        if !equal {
+            return false;
+        }
+        let mut clear = true;
+        for lane in 0..size {
+            clear &= (first.travel - second.travel).abs() < stays.room_deg[lane];
+            first.travel += stays.travel_deg[0][lane];
+            first.sum += stays.sum_deg[0][lane];
+            second.travel += stays.travel_deg[1][lane];
+            second.sum += stays.sum_deg[1][lane];
+        }
+        if !clear {
+            return false;
+        }
+        let turns = self.turns();
+        self.predecessors.extend(std::iter::repeat_n([0, 1], size).flatten());
+        self.costs.copy_from_slice(&[first, second]);
+        self.arrive_at(last, turns);
+        true
+    }
+
+    /// Whole turns of each of two states beyond the principal words of the latest pose.
+    pub(super) fn turns(&self) -> [[f64; 2]; 2] {
+        std::array::from_fn(|state| {
+            std::array::from_fn(|k| {
+                let principal = in_steps(self.latest.words_deg[state][k]);
+                nearest_integer((self.words[state][k] - principal) * (1.0 / 360.0))
+            })
+        })
+    }
+
+    /// The words of both of two states at the latest pose, and a common part off their travel if it grows large.
+    fn arrive_at(&mut self, last: &Stage, turns: [[f64; 2]; 2]) {
         for state in 0..2 {
-            self.costs[state] = costs[state];
             self.words[state] =
                 std::array::from_fn(|k| in_steps(last.words_deg[state][k]) + 360.0 * turns[state][k]);
         }
         self.latest = *last;
-        let least = costs[0].travel.min(costs[1].travel);
-        if least > REBASE_DEG {
+        if self.costs[0].travel.min(self.costs[1].travel) > REBASE_DEG {
             for cost in &mut self.costs {
                 cost.travel -= REBASE_DEG;
             }
         }
-        reached
     }
 
     /// The words of a target state \[steps\]. Those of unlimited axes are still principal. `None` if out of

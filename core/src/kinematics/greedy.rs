@@ -8,7 +8,7 @@ use super::joining::Joiner;
 use super::lanes::{BLOCK, PoseBlock, PoseSource};
 use super::pointing::nearest_integer;
 use super::steady::{Bounds, Course, follow};
-use super::walk::{Examination, HELD, PLAIN, Walk, Weighed, branch_words_mut};
+use super::walk::{Examination, HELD, PLAIN, Walk, Weighed, branch_words, branch_words_mut};
 
 /// The choice so far.
 struct Chosen {
@@ -60,6 +60,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                     return Err(error);
                 }
                 before = last;
+                for (words, chosen) in joiner.block.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
+                    words[..block.len()].copy_from_slice(&chosen[block.clone()]);
+                }
                 self.join(&mut joiner, &mut copy, block);
             }
             done = end;
@@ -150,7 +153,7 @@ fn nearest_run(
     u_deg: &mut [f64],
     v_deg: &mut [f64],
 ) -> usize {
-    let Weighed { rules, words: principal_words, weights } = lanes;
+    let Weighed { rules, words: principal_words, weights, .. } = lanes;
     let start = run.start;
     for lane in run.clone() {
         let from = *branch & 1;

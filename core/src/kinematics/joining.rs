@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, join};
-use super::walk::{HELD, LIMIT, Walk, branch_words};
+use super::walk::{HELD, LIMIT, Walk};
 use super::{InverseError, PathWarning, WarningKind};
 
 /// Memory for the joints of a block, and the words before it.
@@ -29,43 +29,48 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    /// Converts all chosen words to joints, block by block, and collects the warnings.
-    pub(super) fn join_all(&mut self) -> Result<(), InverseError> {
+    /// Converts chosen words to joints, block by block, and collects the warnings. `words_of` writes the words of u, v
+    /// \[deg\] of a block; it still finds both branches' words of this block and of all later ones.
+    pub(super) fn join_all(
+        &mut self,
+        mut words_of: impl FnMut(&Self, Range<usize>, &mut [Lane; 2]),
+    ) -> Result<(), InverseError> {
         let mut joiner = self.joiner();
         let mut copy = Box::new(PoseBlock::new());
         let count = self.poses.count();
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
-            self.join(&mut joiner, &mut copy, begin..count.min(begin + BLOCK));
+            let block = begin..count.min(begin + BLOCK);
+            words_of(self, block.clone(), &mut joiner.block.words_deg);
+            self.join(&mut joiner, &mut copy, block);
         }
         Ok(())
     }
 
-    /// Converts the chosen words of a block to joints.
+    /// Converts the words in the joiner's block to joints, and collects the warnings.
     pub(super) fn join(&mut self, joiner: &mut Joiner, copy: &mut PoseBlock, lanes: Range<usize>) {
-        if self.singly {
-            self.join_singly(joiner, lanes);
-            return;
-        }
         let (begin, size) = (lanes.start, lanes.len());
-        let poses = self.poses.block(begin, copy).1;
-        for (words, chosen) in joiner.block.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
-            words[..size].copy_from_slice(&chosen[lanes.clone()]);
-        }
         let [u, v] = &joiner.block.words_deg;
         let entered = joiner.previous.unwrap_or([u[0], v[0]]);
-        let marked = self.marks[lanes].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
-        let threshold_deg = self.options.rewind_deg;
-        let wide = has_step_over(threshold_deg, entered[0], &u[..size])
-            || has_step_over(threshold_deg, entered[1], &v[..size]);
-        self.join_block(joiner, poses.tip_mm, begin, size);
-        if marked || wide {
-            let mut previous = Some(entered);
-            for lane in 0..size {
-                let words = joiner.block.words_deg.each_ref().map(|words| words[lane]);
-                self.warn_of_step(begin + lane, previous, words);
-                previous = Some(words);
+        if self.singly {
+            self.join_singly(joiner, begin, size);
+        } else {
+            let marked = self.marks[lanes].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
+            let wide = (0..2).any(|k| {
+                let words = &joiner.block.words_deg[k][..size];
+                has_step_over(self.options.rewind_deg, entered[k], words)
+            });
+            let poses = self.poses.block(begin, copy).1;
+            self.join_block(joiner, poses.tip_mm, begin, size);
+            if !marked && !wide {
+                return;
             }
+        }
+        let mut previous = Some(entered);
+        for lane in 0..size {
+            let words = joiner.block.words_deg.each_ref().map(|words| words[lane]);
+            self.warn_of_step(begin + lane, previous, words);
+            previous = Some(words);
         }
     }
 
@@ -84,18 +89,13 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    fn join_singly(&mut self, joiner: &mut Joiner, poses: Range<usize>) {
-        for index in poses {
-            let [u_deg, v_deg, ..] = branch_words(&self.out.joints);
-            let words = [u_deg[index], v_deg[index]];
-            let joined = self.kinematics.joints_at(self.poses.pose(index).tip_mm, words);
-            let joints = &mut self.out.joints;
-            joints.x_mm[index] = joined.linear_mm.x;
-            joints.y_mm[index] = joined.linear_mm.y;
-            joints.z_mm[index] = joined.linear_mm.z;
-            joints.first_rad[index] = joined.rotary_rad[0];
-            joints.second_rad[index] = joined.rotary_rad[1];
-            self.warn_of_step(index, joiner.previous, words);
+    fn join_singly(&mut self, joiner: &mut Joiner, begin: usize, size: usize) {
+        for lane in 0..size {
+            let words = joiner.block.words_deg.each_ref().map(|words| words[lane]);
+            let joined = self.kinematics.joints_at(self.poses.pose(begin + lane).tip_mm, words);
+            let [x, y, z, first, second] = self.out.joints.each_mut().map(|joints| &mut joints[begin + lane]);
+            [*x, *y, *z] = joined.linear_mm.into();
+            [*first, *second] = joined.rotary_rad;
             joiner.previous = Some(words);
         }
     }
@@ -139,7 +139,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 }
 
 /// Whether a step between neighbours is above the threshold. The loop has no branch.
-fn has_step_over(threshold_deg: f64, entered_deg: f64, words_deg: &[f64]) -> bool {
+pub(super) fn has_step_over(threshold_deg: f64, entered_deg: f64, words_deg: &[f64]) -> bool {
     let over = |from: f64, to: f64| u8::from((to - from).abs() > threshold_deg);
     let first = words_deg.first().map_or(0, |word| over(entered_deg, *word));
     let before = words_deg.iter();

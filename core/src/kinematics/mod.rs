@@ -2,6 +2,7 @@
 
 mod batch;
 mod chain;
+mod cheapest;
 mod choice;
 mod cost;
 mod curvature;
@@ -19,6 +20,7 @@ mod pointing;
 mod relaxed;
 mod singular_zone;
 mod singularity;
+mod staying;
 mod steady;
 mod turning_room;
 mod turns;

@@ -211,13 +211,7 @@ impl Kinematics {
         let selection = if poses.count() == 1 { Selection::Nearest } else { options.selection };
         match selection {
             Selection::Nearest => walk.take_nearest(grid),
-            Selection::Cheapest => {
-                walk.examine_all()?;
-                if !walk.choose_relaxed(grid)? {
-                    walk.choose_cheapest(grid)?;
-                }
-                walk.join_all()
-            }
+            Selection::Cheapest => walk.take_cheapest(grid),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::cost::TIE_DEG;
 use super::grid::Grid;
-use super::lanes::PoseSource;
+use super::lanes::{BLOCK, PoseSource};
 use super::path::RELAX_ABOVE;
 use super::walk::Walk;
 use super::{COMPUTED_WORD_SLACK, InverseError};
@@ -10,31 +10,37 @@ use crate::machine::Travel;
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// With several turns: the path as if those axes were unlimited. No path within travels is cheaper, and one of
-    /// the same cost differs by whole turns only. So if it fits after a shift by these, it is the answer. False if
+    /// the same cost differs by whole turns only. So if it fits after a shift by these, it is the answer. `None` if
     /// it does not fit, or if paths tied that cannot be distinguished afterwards.
-    pub(super) fn choose_relaxed(&mut self, grid: Grid) -> Result<bool, InverseError> {
+    pub(super) fn relaxed_words(&mut self, grid: Grid) -> Result<Option<[Vec<f64>; 2]>, InverseError> {
         let travel = self.kinematics.travel_deg;
         let one_turn = |k: usize| grid.count[k] == 1;
         let relaxed: [Option<Travel>; 2] =
             std::array::from_fn(|k| if one_turn(k) { travel[k] } else { None });
         if relaxed == travel {
-            return Ok(false);
+            return Ok(None);
         }
         let narrow = Grid::new(relaxed);
         let Ok(choice) = self.costs::<true>(narrow) else {
             self.go_on()?;
-            return Ok(false);
+            return Ok(None);
         };
-        let Some(best) = choice.best() else { return Ok(false) };
+        let Some(best) = choice.best() else { return Ok(None) };
         let mut told: Option<(f64, [Vec<f64>; 2])> = None;
         for state in (0..narrow.states()).filter(|state| *state == best || choice.ties(best, *state)) {
             let way = choice.way(state);
-            let mut words = [Vec::with_capacity(way.len()), Vec::with_capacity(way.len())];
-            self.follow(&narrow, &way, &mut words);
+            let mut begin = 0;
+            let mut words = [vec![0.0; way.len()], vec![0.0; way.len()]];
+            let [us, vs] = &mut words;
+            let mut previous = self.start;
+            for ((way, us), vs) in way.chunks(BLOCK).zip(us.chunks_mut(BLOCK)).zip(vs.chunks_mut(BLOCK)) {
+                self.follow(&narrow, way, begin, &mut previous, [us, vs]);
+                begin += way.len();
+            }
             let only = choice.is_only(state)
                 && (0..2).all(|k| relaxed[k].is_some() || turns_one_way(&words[k], self.start.map(|s| s[k])));
             if !only && grid.states() <= RELAX_ABOVE {
-                return Ok(false);
+                return Ok(None);
             }
             let mut fits = true;
             for k in 0..2 {
@@ -49,9 +55,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 told = Some((sum, words));
             }
         }
-        let Some((_, words)) = told else { return Ok(false) };
-        self.choose_all(&words);
-        Ok(true)
+        Ok(told.map(|(_, words)| words))
     }
 }
 
@@ -76,6 +80,10 @@ fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
     }
     if fixed {
         return Some(0.0);
+    }
+    #[expect(clippy::float_cmp, reason = "whole numbers")]
+    if first == last {
+        return Some(360.0 * first);
     }
     // Σ|word + 360 k| is least where the median word is nearest to zero.
     let mut sorted = words_deg.to_vec();

@@ -2,11 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use super::choice::Choice;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, both_words, point};
 use super::pointing::{nearest_integer, principal_deg};
+use super::staying::Stays;
 use super::two_way::{Rules, Weights, weigh};
 use super::{InverseError, JointLanes, Kinematics, MAX_CELLS, Path, PathOptions, REACH_SLACK_RAD, Selection};
 use crate::geometry::trig;
@@ -25,6 +25,8 @@ pub(super) struct Weighed {
     /// Principal words of u, v of the first branch, then of the second \[deg\].
     pub(super) words: Box<[Lane; 4]>,
     pub(super) weights: Box<Weights>,
+    /// Of a block in which no path changes its branch.
+    pub(super) stays: Box<Stays>,
 }
 
 /// The directions found so far.
@@ -329,101 +331,30 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         told.map_or(InverseError::NoWay { pose }, |(_, error)| error)
     }
 
-    pub(super) fn choose_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
-        let choice = self.costs::<false>(grid)?;
-        let way = choice.best().map(|state| choice.way(state)).unwrap_or_default();
-        let mut words = [Vec::with_capacity(way.len()), Vec::with_capacity(way.len())];
-        self.follow(&grid, &way, &mut words);
-        self.choose_all(&words);
-        Ok(())
-    }
-
-    /// The costs of all paths; `TIES`: whether ties are marked.
-    pub(super) fn costs<const TIES: bool>(&mut self, grid: Grid) -> Result<Choice, InverseError> {
-        let poses = self.poses.count();
-        let states = grid.states();
-        if states > usize::from(u16::MAX) || states.saturating_mul(poses) > MAX_CELLS {
-            return Err(InverseError::TooManyStates { poses, states, max_cells: MAX_CELLS });
-        }
-        let mut choice = Choice::new(grid, self.options.rewind_deg, poses);
-        let mut lanes = self.lanes_of(grid);
-        for begin in (0..poses).step_by(BLOCK) {
-            self.go_on()?;
-            let end = poses.min(begin + BLOCK);
-            if let Some(lanes) = &mut lanes {
-                let before = self.both(begin.saturating_sub(1));
-                self.weigh(before, begin, end, lanes);
-            }
-            let mut pose = begin;
-            while pose < end {
-                let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
-                if let (Some(lanes), true) = (&lanes, pose > 0 && plain > 0) {
-                    let last = self.stage(pose + plain - 1);
-                    let run = pose - begin..pose - begin + plain;
-                    let reached = choice.advance_lanes::<TIES>(&lanes.weights, run, &last);
-                    if reached < plain {
-                        return Err(self.no_way(pose + reached));
-                    }
-                    pose += plain;
-                    continue;
-                }
-                let stage = self.stage(pose);
-                let reached =
-                    if pose == 0 { choice.begin(&stage, self.start) } else { choice.advance(&stage) };
-                if !reached {
-                    return Err(self.no_way(pose));
-                }
-                pose += 1;
-            }
-        }
-        Ok(choice)
-    }
-
     /// The weights of the steps into the poses `begin..end`, starting from the words `before`.
     pub(super) fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
         for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
             lane[..end - begin].copy_from_slice(&from[begin..end]);
         }
         let all = self.options.selection == Selection::Cheapest;
-        let Weighed { rules, words, weights } = lanes;
+        let Weighed { rules, words, weights, .. } = lanes;
         weigh(self.options.instructions, rules, before, words, all, weights);
     }
 
     /// Memory for the weights of a block, if steps are weighted in lanes.
     pub(super) fn lanes_of(&self, grid: Grid) -> Option<Weighed> {
         let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.singly)?;
-        Some(Weighed { rules, words: Box::new([[0.0; BLOCK]; 4]), weights: Box::new(Weights::new()) })
-    }
-
-    /// The words of u and v along the states of a path. Unlimited axes take the nearest turn.
-    pub(super) fn follow(&self, grid: &Grid, way: &[u16], words_deg: &mut [Vec<f64>; 2]) {
-        let mut previous = self.start;
-        let [first_u, first_v, second_u, second_v] = branch_words(&self.out.joints);
-        let branches = [(first_u, first_v), (second_u, second_v)];
-        let plain = grid.count == [1, 1];
-        for (pose, state) in way.iter().enumerate() {
-            let words = match previous {
-                Some([u, v]) if plain && self.marks[pose] & HELD == 0 => {
-                    let (us, vs) = branches[usize::from(*state) & 1];
-                    [grid.nearest_turn(0, us[pose], u), grid.nearest_turn(1, vs[pose], v)]
-                }
-                _ => grid.words_deg(usize::from(*state), &self.stage(pose), previous).1,
-            };
-            words_deg[0].push(words[0]);
-            words_deg[1].push(words[1]);
-            previous = Some(words);
-        }
+        Some(Weighed {
+            rules,
+            words: Box::new([[0.0; BLOCK]; 4]),
+            weights: Box::new(Weights::new()),
+            stays: Box::new(Stays::new()),
+        })
     }
 
     pub(super) fn choose(&mut self, pose: usize, chosen_deg: [f64; 2]) {
         for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
             kept[pose] = word;
-        }
-    }
-
-    pub(super) fn choose_all(&mut self, chosen_deg: &[Vec<f64>; 2]) {
-        for (kept, words) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
-            kept.copy_from_slice(words);
         }
     }
 

@@ -1,0 +1,168 @@
+//! The cheapest choice: costs of all paths, block by block, and then the cheapest path from its end.
+
+use std::ops::Range;
+
+use super::choice::Choice;
+use super::grid::Grid;
+use super::joining::has_step_over;
+use super::lanes::{BLOCK, PoseSource};
+use super::staying::stay;
+use super::walk::{HELD, PLAIN, Walk, Weighed, branch_words};
+use super::{InverseError, MAX_CELLS, REWIND_DEG};
+
+impl<P: PoseSource + ?Sized> Walk<'_, P> {
+    /// Solves, chooses the cheapest path, and converts it to joints.
+    pub(super) fn take_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
+        self.examine_all()?;
+        if let Some(words_deg) = self.relaxed_words(grid)? {
+            return self.join_all(|_, block, out| {
+                for (out, words) in out.iter_mut().zip(&words_deg) {
+                    out[..block.len()].copy_from_slice(&words[block.clone()]);
+                }
+            });
+        }
+        let choice = self.costs::<false>(grid)?;
+        let way = choice.best().map(|state| choice.way(state)).unwrap_or_default();
+        let mut previous = self.start;
+        self.join_all(|walk, block, [us, vs]| {
+            let (us, vs) = (&mut us[..block.len()], &mut vs[..block.len()]);
+            walk.follow(&grid, &way[block.clone()], block.start, &mut previous, [us, vs]);
+        })
+    }
+
+    /// The costs of all paths; `TIES`: whether ties are marked.
+    pub(super) fn costs<const TIES: bool>(&mut self, grid: Grid) -> Result<Choice, InverseError> {
+        let poses = self.poses.count();
+        let states = grid.states();
+        if states > usize::from(u16::MAX) || states.saturating_mul(poses) > MAX_CELLS {
+            return Err(InverseError::TooManyStates { poses, states, max_cells: MAX_CELLS });
+        }
+        let mut choice = Choice::new(grid, self.options.rewind_deg, poses);
+        let mut lanes = self.lanes_of(grid);
+        for begin in (0..poses).step_by(BLOCK) {
+            self.go_on()?;
+            let block = begin..poses.min(begin + BLOCK);
+            if let Some(lanes) = &mut lanes {
+                if self.stay(&mut choice, block.clone(), lanes) {
+                    continue;
+                }
+                self.weigh(self.both(begin.saturating_sub(1)), block.start, block.end, lanes);
+            }
+            self.advance::<TIES>(&mut choice, block, lanes.as_ref())?;
+        }
+        Ok(choice)
+    }
+
+    /// Advances through a block, wherever the paths go.
+    fn advance<const TIES: bool>(
+        &self,
+        choice: &mut Choice,
+        block: Range<usize>,
+        lanes: Option<&Weighed>,
+    ) -> Result<(), InverseError> {
+        let (begin, end) = (block.start, block.end);
+        let mut pose = begin;
+        while pose < end {
+            let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+            if let (Some(lanes), true) = (lanes, pose > 0 && plain > 0) {
+                let last = self.stage(pose + plain - 1);
+                let run = pose - begin..pose - begin + plain;
+                let reached = choice.advance_lanes::<TIES>(&lanes.weights, run, &last);
+                if reached < plain {
+                    return Err(self.no_way(pose + reached));
+                }
+                pose += plain;
+                continue;
+            }
+            let stage = self.stage(pose);
+            let reached = if pose == 0 { choice.begin(&stage, self.start) } else { choice.advance(&stage) };
+            if !reached {
+                return Err(self.no_way(pose));
+            }
+            pose += 1;
+        }
+        Ok(())
+    }
+
+    /// Advances through a whole block in which no path changes its branch. False if one could.
+    fn stay(&self, choice: &mut Choice, block: Range<usize>, lanes: &mut Weighed) -> bool {
+        let (begin, size) = (block.start, block.len());
+        if begin == 0 || size < BLOCK || self.marks[block].iter().any(|mark| *mark != PLAIN) {
+            return false;
+        }
+        let [first_u, first_v, second_u, second_v] =
+            branch_words(&self.out.joints).map(|words| words[begin..begin + BLOCK].as_array());
+        let (Some(first_u), Some(first_v), Some(second_u), Some(second_v)) =
+            (first_u, first_v, second_u, second_v)
+        else {
+            return false;
+        };
+        let words_deg = [first_u, first_v, second_u, second_v];
+        let [first, second] = choice.turns();
+        let turns_deg = [first[0], first[1], second[0], second[1]].map(|turns| 360.0 * turns);
+        let Weighed { rules, stays, .. } = lanes;
+        stay(self.options.instructions, rules, self.both(begin - 1), turns_deg, words_deg, stays);
+        choice.stay(stays, size, &self.stage(begin + size - 1))
+    }
+
+    /// The words of u and v along the states of a path, from the pose `begin` on. Unlimited axes take the nearest turn.
+    pub(super) fn follow(
+        &self,
+        grid: &Grid,
+        way: &[u16],
+        begin: usize,
+        previous: &mut Option<[f64; 2]>,
+        words_deg: [&mut [f64]; 2],
+    ) {
+        let end = begin + way.len();
+        let [first_u, first_v, second_u, second_v] =
+            branch_words(&self.out.joints).map(|words| &words[begin..end]);
+        let branches = [[first_u, first_v], [second_u, second_v]];
+        let [us, vs] = words_deg;
+        let marks = &self.marks[begin..end];
+        let plain = grid.count == [1, 1];
+        if let (true, Some(entered_deg), Some(state)) = (plain, *previous, way.first())
+            && way.iter().fold(0, |all, here| all | (here ^ state)) == 0
+            && marks.iter().fold(0, |all, mark| all | mark) & HELD == 0
+            && grid.turn_once(branches[usize::from(*state) & 1], entered_deg, [&mut *us, &mut *vs])
+        {
+            *previous = us.last().zip(vs.last()).map(|(u, v)| [*u, *v]);
+            return;
+        }
+        for (lane, state) in way.iter().enumerate() {
+            let words = match *previous {
+                Some([u, v]) if plain && marks[lane] & HELD == 0 => {
+                    let [us, vs] = branches[usize::from(*state) & 1];
+                    [grid.nearest_turn(0, us[lane], u), grid.nearest_turn(1, vs[lane], v)]
+                }
+                _ => grid.words_deg(usize::from(*state), &self.stage(begin + lane), *previous).1,
+            };
+            [us[lane], vs[lane]] = words;
+            *previous = Some(words);
+        }
+    }
+}
+
+impl Grid {
+    /// The words in the turn of the first. False if a later one may be in another turn; then they mean nothing.
+    fn turn_once(
+        &self,
+        principal_deg: [&[f64]; 2],
+        entered_deg: [f64; 2],
+        words_deg: [&mut [f64]; 2],
+    ) -> bool {
+        let mut all = true;
+        for (k, words) in words_deg.into_iter().enumerate() {
+            let Some(first) = principal_deg[k].first() else { return false };
+            let turn_deg = self.nearest_turn(k, *first, entered_deg[k]) - first;
+            let turn_deg = 360.0 * (turn_deg * (1.0 / 360.0)).round();
+            for (word, principal) in words.iter_mut().zip(principal_deg[k]) {
+                *word = principal + turn_deg;
+            }
+            // Steps below half a turn stay in the turn.
+            all &= self.period[k] == 0.0
+                || !words.first().is_some_and(|first| has_step_over(REWIND_DEG, *first, words));
+        }
+        all
+    }
+}
