@@ -13,8 +13,8 @@ const SIGN: u64 = 1 << 63;
 /// `y[lane]` becomes [`trig::atan2`] of `y[lane]` and `x[lane]`.
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-pub(crate) fn atan2<const N: usize>(y: &mut [f64; N], x: &[f64; N]) {
-    let (mut ratio, mut eighths, mut sum) = ([0.0; N], [0.0; N], [0.0; N]);
+pub(crate) fn atan2<const N: usize>(y: &mut [f64; N], x: &[f64; N], scratch: &mut [[f64; N]; 3]) {
+    let [ratio, eighths, sum] = scratch;
     for lane in 0..N {
         (ratio[lane], eighths[lane]) = fold(y[lane], x[lane]);
     }

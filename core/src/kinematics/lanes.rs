@@ -4,7 +4,7 @@
 
 use multiversion::multiversion;
 
-use super::pointing::Pointing;
+use super::pointing::{Aimed, Pointing, Sighted};
 use super::{InstructionSet, Kinematics, MAX_COORDINATE_MM, PoseLanes, ToolPose};
 use crate::geometry::trig_lanes;
 
@@ -94,10 +94,13 @@ impl PoseSource for PoseLanes {
 
 /// The directions of a block.
 pub(super) struct PointedBlock {
-    /// y of the angles B, η and γ (see [`super::pointing::Aimed`]), and afterwards the angles \[rad\].
+    /// The angles B, η and γ \[rad\] (see [`Sighted`] and [`Aimed`]); before, their y.
     pub(super) angles_rad: [Lane; 3],
     /// x of these angles.
     across: [Lane; 3],
+    /// The tool axis as a unit vector.
+    unit: [Lane; 3],
+    scratch: [Lane; 3],
     pub(super) conditioning: Lane,
     /// Not positive if the lane needs care: near the pole or the reach limit, without direction, or too far away.
     pub(super) margin: Lane,
@@ -106,7 +109,14 @@ pub(super) struct PointedBlock {
 impl PointedBlock {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { angles_rad: [lane; 3], across: [lane; 3], conditioning: lane, margin: lane }
+        Self {
+            angles_rad: [lane; 3],
+            across: [lane; 3],
+            unit: [lane; 3],
+            scratch: [lane; 3],
+            conditioning: lane,
+            margin: lane,
+        }
     }
 }
 
@@ -179,27 +189,38 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
     let Poses { tip_mm: [x, y, z], axis } = poses;
     let is_near = |value_mm: f64| value_mm.abs() <= MAX_COORDINATE_MM;
     // Several short loops let the processor work on many lanes at a time instead of waiting for one.
+    let [unit_i, unit_j, unit_k] = &mut out.unit;
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
         let length = (i * i + j * j + k * k).sqrt();
-        let aimed = pointing.aim([i / length, j / length, k / length]);
-        for (k, [y, x]) in aimed.sides.into_iter().enumerate() {
-            out.angles_rad[k][lane] = y;
-            out.across[k][lane] = x;
-        }
-        out.conditioning[lane] = aimed.conditioning;
-        let [sin2, cos2] = aimed.half_tilt;
-        let polar = 4.0 * sin2 * cos2 - cone_sin2;
-        let reach = if aimed.reach[0] < aimed.reach[1] { aimed.reach[0] } else { aimed.reach[1] };
-        let reach = reach - REACH_MARGIN;
-        let least = if polar < reach { polar } else { reach };
+        [unit_i[lane], unit_j[lane], unit_k[lane]] = [i / length, j / length, k / length];
         // Lengths that cannot be squared lose the margin, and so does NaN.
         let sound = (length > 1e-100) & (length < 1e100);
         let near = is_near(x[lane]) & is_near(y[lane]) & is_near(z[lane]);
-        out.margin[lane] = if sound & near { least } else { -1.0 };
+        out.margin[lane] = if sound & near { f64::INFINITY } else { -1.0 };
+    }
+    let ([b, eta, gamma], [b_across, eta_across, gamma_across]) = (&mut out.angles_rad, &mut out.across);
+    for lane in 0..BLOCK {
+        let sighted = pointing.sight([unit_i[lane], unit_j[lane], unit_k[lane]]);
+        let Sighted { half_tilt: [sin2, cos2], reach, gamma: [gamma_y, gamma_x] } = sighted;
+        (gamma[lane], gamma_across[lane]) = (gamma_y, gamma_x);
+        // Until the next loop.
+        [b[lane], b_across[lane]] = reach;
+        let polar = 4.0 * sin2 * cos2 - cone_sin2;
+        let reach = if reach[0] < reach[1] { reach[0] } else { reach[1] };
+        let reach = reach - REACH_MARGIN;
+        let least = if polar < reach { polar } else { reach };
+        out.margin[lane] = if least < out.margin[lane] { least } else { out.margin[lane] };
+    }
+    for lane in 0..BLOCK {
+        let aimed = pointing.aim([b[lane], b_across[lane]]);
+        let Aimed { b: [b_y, b_x], eta: [eta_y, eta_x], conditioning } = aimed;
+        (b[lane], b_across[lane]) = (b_y, b_x);
+        (eta[lane], eta_across[lane]) = (eta_y, eta_x);
+        out.conditioning[lane] = conditioning;
     }
     for (angle, across) in out.angles_rad.iter_mut().zip(&out.across) {
-        trig_lanes::atan2(angle, across);
+        trig_lanes::atan2(angle, across, &mut out.scratch);
     }
 }
 
@@ -320,34 +341,31 @@ fn join_loop<const HEAD_AXES: usize>(
         trig_lanes::sin_cos(angles_rad, &mut sin[k], &mut cos[k]);
     }
     for lane in 0..BLOCK {
-        let turns = [[sin[0][lane], cos[0][lane]], [sin[1][lane], cos[1][lane]]];
         let tip = [tip_mm[0][lane], tip_mm[1][lane], tip_mm[2][lane]];
-        [x[lane], y[lane], z[lane]] = linear_words::<HEAD_AXES>(&chain, turns, tip);
+        let mut p = sum(tip, chain.offset);
+        if HEAD_AXES < 2 {
+            p = carry(&chain, 0, [-sin[0][lane], cos[0][lane]], p);
+        }
+        [x[lane], y[lane], z[lane]] = p;
     }
-}
-
-/// X Y Z \[mm\] for the sines and cosines of u, v and a tip \[mm\].
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn linear_words<const HEAD_AXES: usize>(
-    chain: &LinearChain,
-    turns: [[f64; 2]; 2],
-    tip_mm: [f64; 3],
-) -> [f64; 3] {
-    let mut from_workpiece = sum(tip_mm, chain.offset);
-    let mut from_tool = [0.0; 3];
-    for (count, k) in [1, 0].into_iter().enumerate() {
-        if count < HEAD_AXES {
-            from_tool = carry(chain, k, turns[k], from_tool);
+    if HEAD_AXES == 0 {
+        for lane in 0..BLOCK {
+            let p = [x[lane], y[lane], z[lane]];
+            [x[lane], y[lane], z[lane]] = carry(&chain, 1, [-sin[1][lane], cos[1][lane]], p);
         }
     }
-    for k in 0..2 - HEAD_AXES {
-        let [sin, cos] = turns[k];
-        from_workpiece = carry(chain, k, [-sin, cos], from_workpiece);
+    for lane in 0..BLOCK {
+        let mut from_tool = [0.0; 3];
+        if HEAD_AXES > 0 {
+            from_tool = carry(&chain, 1, [sin[1][lane], cos[1][lane]], from_tool);
+        }
+        if HEAD_AXES > 1 {
+            from_tool = carry(&chain, 0, [sin[0][lane], cos[0][lane]], from_tool);
+        }
+        let p = difference(difference([x[lane], y[lane], z[lane]], chain.offset), from_tool);
+        let [cx, cy, cz] = chain.columns;
+        [x[lane], y[lane], z[lane]] = std::array::from_fn(|k| cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2]);
     }
-    let p = difference(difference(from_workpiece, chain.offset), from_tool);
-    let [cx, cy, cz] = chain.columns;
-    std::array::from_fn(|k| cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2])
 }
 
 #[inline(always)]

@@ -40,17 +40,26 @@ pub(super) struct Pointed {
     pub(super) reach: [f64; 2],
 }
 
-/// A direction before the arc tangents.
+/// A direction before the square root.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Aimed {
-    /// y and x of the angles B, η (of t′ across u) and γ (of t across u).
-    pub(super) sides: [[f64; 2]; 3],
-    /// As in [`Pointed`].
-    pub(super) conditioning: f64,
+pub(super) struct Sighted {
     /// As in [`Pointed`].
     pub(super) half_tilt: [f64; 2],
     /// As in [`Pointed`].
     pub(super) reach: [f64; 2],
+    /// y and x of the angle γ (of t across u).
+    pub(super) gamma: [f64; 2],
+}
+
+/// A direction before the arc tangents.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Aimed {
+    /// y and x of the angle B.
+    pub(super) b: [f64; 2],
+    /// y and x of the angle η (of t′ across u).
+    pub(super) eta: [f64; 2],
+    /// As in [`Pointed`].
+    pub(super) conditioning: f64,
 }
 
 impl Pointing {
@@ -84,15 +93,16 @@ impl Pointing {
     /// Both solutions for the unit direction `t`. Beyond reach the nearest ones: N or D is then negative. At the
     /// pole the words of u mean nothing.
     pub(super) fn solve(&self, t: [f64; 3]) -> Pointed {
-        let Aimed { sides, conditioning, half_tilt, reach } = self.aim(t);
-        let angles_rad = sides.map(|[y, x]| trig::atan2(y, x));
+        let Sighted { half_tilt, reach, gamma } = self.sight(t);
+        let Aimed { b, eta, conditioning } = self.aim(reach);
+        let angles_rad = [b, eta, gamma].map(|[y, x]| trig::atan2(y, x));
         Pointed { words_deg: self.words_deg(angles_rad), conditioning, half_tilt, reach }
     }
 
-    /// The part of [`Pointing::solve`] that needs no trigonometry.
+    /// The part of [`Pointing::solve`] before the square root.
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
-    pub(super) fn aim(&self, t: [f64; 3]) -> Aimed {
+    pub(super) fn sight(&self, t: [f64; 3]) -> Sighted {
         let [u, w, n] = &self.frame;
         let below = [t[0] - u[0], t[1] - u[1], t[2] - u[2]];
         let above = [t[0] + u[0], t[1] + u[1], t[2] + u[2]];
@@ -100,22 +110,31 @@ impl Pointing {
         let cos2 = 0.25 * dot(&above, &above);
         let numerator = sin2 * self.half[0] - cos2 * self.half[1];
         let denominator = cos2 * self.half[2] - sin2 * self.half[3];
+        Sighted {
+            half_tilt: [sin2, cos2],
+            reach: [numerator, denominator],
+            gamma: [dot(&t, n), dot(&t, w)],
+        }
+    }
+
+    /// The part of [`Pointing::solve`] from [`Sighted::reach`] to the arc tangents.
+    #[inline(always)]
+    #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
+    pub(super) fn aim(&self, [numerator, denominator]: [f64; 2]) -> Aimed {
         let num = if numerator > 0.0 { numerator } else { 0.0 };
         let den = if denominator > 0.0 { denominator } else { 0.0 };
         let double_root = 2.0 * (num * den).sqrt();
         let sin_b = double_root * self.inverse_product;
         let cos_b = (den - num) * self.inverse_product;
-        // t′ = exp(β v) t0 across u: the same for both solutions except the sign along u × v.
-        let across = [self.sin_tau * sin_b, self.sin_sigma_cos_tau - self.cos_sigma_sin_tau * cos_b];
         Aimed {
-            sides: [[double_root, den - num], across, [dot(&t, n), dot(&t, w)]],
+            b: [double_root, den - num],
+            // t′ = exp(β v) t0 across u: the same for both solutions except the sign along u × v.
+            eta: [self.sin_tau * sin_b, self.sin_sigma_cos_tau - self.cos_sigma_sin_tau * cos_b],
             conditioning: self.product * sin_b,
-            half_tilt: [sin2, cos2],
-            reach: [numerator, denominator],
         }
     }
 
-    /// The words of both solutions for the angles of [`Aimed::sides`].
+    /// The words of both solutions for the angles B, η and γ \[rad\].
     #[inline(always)]
     #[expect(clippy::inline_always, reason = "must take on the instruction set of the calling loop")]
     pub(super) fn words_deg(&self, [b, eta, gamma]: [f64; 3]) -> [[f64; 2]; 2] {
