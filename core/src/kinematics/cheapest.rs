@@ -6,6 +6,7 @@ use super::choice::Choice;
 use super::grid::Grid;
 use super::joining::has_step_over;
 use super::lanes::{BLOCK, PoseSource};
+use super::pointing::nearest_integer;
 use super::staying::stay;
 use super::walk::{HELD, PLAIN, Walk, Weighed, branch_words};
 use super::{InverseError, MAX_CELLS, REWIND_DEG};
@@ -19,6 +20,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 for (out, words) in out.iter_mut().zip(&words_deg) {
                     out[..block.len()].copy_from_slice(&words[block.clone()]);
                 }
+                false
             });
         }
         let choice = self.costs::<false>(grid)?;
@@ -26,7 +28,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let mut previous = self.start;
         self.join_all(|walk, block, [us, vs]| {
             let (us, vs) = (&mut us[..block.len()], &mut vs[..block.len()]);
-            walk.follow(&grid, &way[block.clone()], block.start, &mut previous, [us, vs]);
+            walk.follow(&grid, &way[block.clone()], block.start, &mut previous, [us, vs])
         })
     }
 
@@ -87,7 +89,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// Advances through a whole block in which no path changes its branch. False if one could.
     fn stay(&self, choice: &mut Choice, block: Range<usize>, lanes: &mut Weighed) -> bool {
         let (begin, size) = (block.start, block.len());
-        if begin == 0 || size < BLOCK || self.marks[block].iter().any(|mark| *mark != PLAIN) {
+        if begin == 0
+            || size < BLOCK
+            || self.marks[block].iter().fold(0, |any, mark| any | (mark ^ PLAIN)) != 0
+        {
             return false;
         }
         let [first_u, first_v, second_u, second_v] =
@@ -106,6 +111,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     /// The words of u and v along the states of a path, from the pose `begin` on. Unlimited axes take the nearest turn.
+    /// True if it is known that no step is a rewind.
     pub(super) fn follow(
         &self,
         grid: &Grid,
@@ -113,7 +119,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         begin: usize,
         previous: &mut Option<[f64; 2]>,
         words_deg: [&mut [f64]; 2],
-    ) {
+    ) -> bool {
         let end = begin + way.len();
         let [first_u, first_v, second_u, second_v] =
             branch_words(&self.out.joints).map(|words| &words[begin..end]);
@@ -127,7 +133,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             && grid.turn_once(branches[usize::from(*state) & 1], entered_deg, [&mut *us, &mut *vs])
         {
             *previous = us.last().zip(vs.last()).map(|(u, v)| [*u, *v]);
-            return;
+            return self.options.rewind_deg >= REWIND_DEG;
         }
         for (lane, state) in way.iter().enumerate() {
             let words = match *previous {
@@ -140,11 +146,13 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             [us[lane], vs[lane]] = words;
             *previous = Some(words);
         }
+        false
     }
 }
 
 impl Grid {
-    /// The words in the turn of the first. False if a later one may be in another turn; then they mean nothing.
+    /// The words in the turn of the first. False if a step is above [`REWIND_DEG`], so that a later word may be in
+    /// another turn; the words then mean nothing.
     fn turn_once(
         &self,
         principal_deg: [&[f64]; 2],
@@ -154,14 +162,15 @@ impl Grid {
         let mut all = true;
         for (k, words) in words_deg.into_iter().enumerate() {
             let Some(first) = principal_deg[k].first() else { return false };
-            let turn_deg = self.nearest_turn(k, *first, entered_deg[k]) - first;
-            let turn_deg = 360.0 * (turn_deg * (1.0 / 360.0)).round();
+            let turn_deg = if self.period[k] > 0.0 {
+                360.0 * nearest_integer((entered_deg[k] - first) * (1.0 / 360.0))
+            } else {
+                self.turn_deg(k, 0)
+            };
             for (word, principal) in words.iter_mut().zip(principal_deg[k]) {
                 *word = principal + turn_deg;
             }
-            // Steps below half a turn stay in the turn.
-            all &= self.period[k] == 0.0
-                || !words.first().is_some_and(|first| has_step_over(REWIND_DEG, *first, words));
+            all &= !has_step_over(REWIND_DEG, entered_deg[k], words);
         }
         all
     }

@@ -4,6 +4,8 @@
 //! branch with a whole turn of each limited axis. An unlimited axis takes the nearest turn and needs no state. A
 //! step costs as many operations as there are states, never their square: see [`super::turns`].
 
+use std::ops::Range;
+
 use super::cost::{Cost, NO_WAY, in_steps};
 use super::grid::{Grid, Stage};
 use super::pointing::nearest_integer;
@@ -24,6 +26,10 @@ pub(super) struct Choice {
     pub(super) next_words: Vec<[f64; 2]>,
     pub(super) latest: Stage,
     predecessors: Vec<u16>,
+    /// Poses without predecessors in the list, because every path keeps its state there.
+    kept: Vec<Range<usize>>,
+    /// The number of poses so far.
+    poses: usize,
     /// For one branch.
     pub(super) scratch: Vec<Cost>,
     /// For one row and one column.
@@ -42,7 +48,10 @@ impl Choice {
             words: vec![[0.0; 2]; states],
             next_words: vec![[0.0; 2]; states],
             latest: Stage { words_deg: [[0.0; 2]; 2], alive: [false; 2], held: false },
-            predecessors: Vec::with_capacity(states * poses),
+            // Two states keep their state in most blocks.
+            predecessors: Vec::with_capacity(if states == 2 { 0 } else { states * poses }),
+            kept: Vec::new(),
+            poses: 0,
             scratch: vec![NO_WAY; states / 2],
             row: vec![NO_WAY; (2 * grid.count[0]).max(grid.count[1])],
             // From half a turn on, more than one turn can be a step without a rewind.
@@ -53,6 +62,7 @@ impl Choice {
     /// The first pose: without cost, or as a step from `start` (words of u, v in degrees).
     pub(super) fn begin(&mut self, stage: &Stage, start_deg: Option<[f64; 2]>) -> bool {
         self.latest = *stage;
+        self.poses = 1;
         let mut any = false;
         for state in 0..self.grid.states() {
             let (branch, words) = self.grid.words_deg(state, stage, start_deg);
@@ -87,6 +97,7 @@ impl Choice {
         } else {
             self.advance_by_turns(stage);
         }
+        self.poses += 1;
         let mut any = false;
         let mut least = f64::INFINITY;
         for (state, cost) in self.next.iter_mut().enumerate() {
@@ -116,12 +127,13 @@ impl Choice {
     pub(super) fn advance_lanes<const TIES: bool>(
         &mut self,
         weights: &Weights,
-        lanes: std::ops::Range<usize>,
+        lanes: Range<usize>,
         last: &Stage,
     ) -> usize {
         let (start, end) = (lanes.start, lanes.end);
         let mut costs = [self.costs[0], self.costs[1]];
         let mut turns = self.turns();
+        self.poses += lanes.len();
         let mut reached = 0;
         for lane in start..end {
             let step = |from: usize, to: usize| {
@@ -183,7 +195,8 @@ impl Choice {
             return false;
         }
         let turns = self.turns();
-        self.predecessors.extend(std::iter::repeat_n([0, 1], size).flatten());
+        self.kept.push(self.poses..self.poses + size);
+        self.poses += size;
         self.costs.copy_from_slice(&[first, second]);
         self.arrive_at(last, turns);
         true
@@ -279,13 +292,21 @@ impl Choice {
 
     /// The states of the path that ends in `state`, first pose first.
     pub(super) fn way(&self, mut state: usize) -> Vec<u16> {
-        let states = self.grid.states();
-        let poses = self.predecessors.len() / states;
-        let mut way = vec![0; poses];
-        for (here, from) in way.iter_mut().zip(self.predecessors.chunks_exact(states)).rev() {
+        let mut way = vec![0; self.poses];
+        let mut predecessors = self.predecessors.chunks_exact(self.grid.states()).rev();
+        let mut kept = self.kept.iter().rev().peekable();
+        let mut end = self.poses;
+        while end > 0 {
             #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
             let chosen = state as u16;
-            *here = chosen;
+            if let Some(range) = kept.next_if(|range| range.end == end) {
+                way[range.clone()].fill(chosen);
+                end = range.start;
+                continue;
+            }
+            end -= 1;
+            way[end] = chosen;
+            let Some(from) = predecessors.next() else { break };
             state = usize::from(from[state]);
         }
         way

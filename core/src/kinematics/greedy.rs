@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::InverseError;
-use super::grid::Grid;
+use super::grid::{Grid, Stage};
 use super::joining::Joiner;
 use super::lanes::{BLOCK, PoseBlock, PoseSource};
 use super::pointing::nearest_integer;
@@ -63,7 +63,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 for (words, chosen) in joiner.block.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
                     words[..block.len()].copy_from_slice(&chosen[block.clone()]);
                 }
-                self.join(&mut joiner, &mut copy, block);
+                self.join(&mut joiner, &mut copy, block, false);
             }
             done = end;
         }
@@ -90,6 +90,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let course = Course { branch: chosen.branch, entered_deg };
         let words = &mut joiner.block.words_deg;
         if !follow(set, pointing, &chosen.bounds, course, &lanes.pointed, size, words) {
+            if begin == 0 {
+                chosen.words_deg = None;
+            }
             return false;
         }
         chosen.words_deg = Some(words.each_ref().map(|words| words[size - 1]));

@@ -30,10 +30,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     }
 
     /// Converts chosen words to joints, block by block, and collects the warnings. `words_of` writes the words of u, v
-    /// \[deg\] of a block; it still finds both branches' words of this block and of all later ones.
+    /// \[deg\] of a block; it still finds both branches' words of this block and of all later ones. It returns true if
+    /// it knows that no step of the block is a rewind.
     pub(super) fn join_all(
         &mut self,
-        mut words_of: impl FnMut(&Self, Range<usize>, &mut [Lane; 2]),
+        mut words_of: impl FnMut(&Self, Range<usize>, &mut [Lane; 2]) -> bool,
     ) -> Result<(), InverseError> {
         let mut joiner = self.joiner();
         let mut copy = Box::new(PoseBlock::new());
@@ -41,14 +42,20 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
             let block = begin..count.min(begin + BLOCK);
-            words_of(self, block.clone(), &mut joiner.block.words_deg);
-            self.join(&mut joiner, &mut copy, block);
+            let small = words_of(self, block.clone(), &mut joiner.block.words_deg);
+            self.join(&mut joiner, &mut copy, block, small);
         }
         Ok(())
     }
 
-    /// Converts the words in the joiner's block to joints, and collects the warnings.
-    pub(super) fn join(&mut self, joiner: &mut Joiner, copy: &mut PoseBlock, lanes: Range<usize>) {
+    /// Converts the words in the joiner's block to joints, and collects the warnings. `small`: no step is a rewind.
+    pub(super) fn join(
+        &mut self,
+        joiner: &mut Joiner,
+        copy: &mut PoseBlock,
+        lanes: Range<usize>,
+        small: bool,
+    ) {
         let (begin, size) = (lanes.start, lanes.len());
         let [u, v] = &joiner.block.words_deg;
         let entered = joiner.previous.unwrap_or([u[0], v[0]]);
@@ -56,10 +63,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.join_singly(joiner, begin, size);
         } else {
             let marked = self.marks[lanes].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
-            let wide = (0..2).any(|k| {
-                let words = &joiner.block.words_deg[k][..size];
-                has_step_over(self.options.rewind_deg, entered[k], words)
-            });
+            let wide = !small
+                && (0..2).any(|k| {
+                    let words = &joiner.block.words_deg[k][..size];
+                    has_step_over(self.options.rewind_deg, entered[k], words)
+                });
             let poses = self.poses.block(begin, copy).1;
             self.join_block(joiner, poses.tip_mm, begin, size);
             if !marked && !wide {

@@ -229,7 +229,7 @@ pub(super) fn both_words(
     set: InstructionSet,
     pointing: &Pointing,
     pointed: &PointedBlock,
-    words_deg: &mut [Lane; 4],
+    words_deg: [&mut Lane; 4],
 ) {
     match set {
         InstructionSet::Baseline => both_words_loop(pointing, pointed, words_deg),
@@ -239,19 +239,19 @@ pub(super) fn both_words(
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn both_words_avx2(pointing: &Pointing, pointed: &PointedBlock, words_deg: &mut [Lane; 4]) {
+fn both_words_avx2(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
     both_words_loop(pointing, pointed, words_deg);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn both_words_avx512(pointing: &Pointing, pointed: &PointedBlock, words_deg: &mut [Lane; 4]) {
+fn both_words_avx512(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
     both_words_loop(pointing, pointed, words_deg);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 #[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
-fn both_words_loop(pointing: &Pointing, pointed: &PointedBlock, words_deg: &mut [Lane; 4]) {
+fn both_words_loop(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
     let pointing = *pointing;
     let [b, eta, gamma] = &pointed.angles_rad;
     for lane in 0..BLOCK {

@@ -110,11 +110,7 @@ impl Pointing {
         let cos2 = 0.25 * dot(&above, &above);
         let numerator = sin2 * self.half[0] - cos2 * self.half[1];
         let denominator = cos2 * self.half[2] - sin2 * self.half[3];
-        Sighted {
-            half_tilt: [sin2, cos2],
-            reach: [numerator, denominator],
-            gamma: [dot(&t, n), dot(&t, w)],
-        }
+        Sighted { half_tilt: [sin2, cos2], reach: [numerator, denominator], gamma: [dot(&t, n), dot(&t, w)] }
     }
 
     /// The part of [`Pointing::solve`] from [`Sighted::reach`] to the arc tangents.

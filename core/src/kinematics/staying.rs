@@ -29,12 +29,14 @@ pub(super) struct Stays {
     pub(super) sum_deg: [Lane; 2],
     /// The costs of both paths may differ by less than this \[deg\], as long as their rewinds are the same.
     pub(super) room_deg: Lane,
+    /// All words in steps of 2⁻³⁰°, one before the block first.
+    steps_deg: [[f64; BLOCK + 1]; 4],
 }
 
 impl Stays {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { travel_deg: [lane; 2], sum_deg: [lane; 2], room_deg: lane }
+        Self { travel_deg: [lane; 2], sum_deg: [lane; 2], room_deg: lane, steps_deg: [[0.0; BLOCK + 1]; 4] }
     }
 }
 
@@ -90,7 +92,7 @@ fn stay_loop(
     out: &mut Stays,
 ) {
     let rules = *rules;
-    let mut steps = [[0.0; BLOCK + 1]; 4];
+    let steps = &mut out.steps_deg;
     for k in 0..4 {
         steps[k][0] = in_steps(before_deg[k]);
         for lane in 0..BLOCK {

@@ -54,6 +54,7 @@ impl Examination {
 pub(super) struct ExaminedLanes {
     pub(super) copy: Box<PoseBlock>,
     pub(super) pointed: Box<PointedBlock>,
+    /// For a block at the end that is not full.
     words_deg: Box<[Lane; 4]>,
     /// Whether a pose of the block has no margin.
     pub(super) care: bool,
@@ -224,11 +225,16 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     fn keep_words(&mut self, begin: usize, lanes: &mut ExaminedLanes) {
         let end = self.poses.count().min(begin + BLOCK);
         let ExaminedLanes { pointed, words_deg, .. } = lanes;
-        both_words(self.options.instructions, &self.kinematics.pointing, pointed, words_deg);
+        self.out.conditioning[begin..end].copy_from_slice(&pointed.conditioning[..end - begin]);
+        let (set, pointing) = (self.options.instructions, &self.kinematics.pointing);
+        if let Some([first_u, first_v, second_u, second_v, _]) = self.out.joints.block_mut(begin) {
+            both_words(set, pointing, pointed, [first_u, first_v, second_u, second_v]);
+            return;
+        }
+        both_words(set, pointing, pointed, words_deg.each_mut());
         for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(words_deg.iter()) {
             kept[begin..end].copy_from_slice(&found[..end - begin]);
         }
-        self.out.conditioning[begin..end].copy_from_slice(&pointed.conditioning[..end - begin]);
     }
 
     fn u_words(&self, pose: usize) -> [f64; 2] {
