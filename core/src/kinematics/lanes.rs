@@ -52,11 +52,11 @@ impl PoseSource for [ToolPose] {
     }
     fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>) {
         let poses = &self[start..self.len().min(start + BLOCK)];
-        for (lane, pose) in poses.iter().enumerate() {
-            for k in 0..3 {
-                copy.tip_mm[k][lane] = pose.tip_mm[k];
-                copy.axis[k][lane] = pose.axis[k];
-            }
+        let ([x, y, z], [i, j, k]) = (&mut copy.tip_mm, &mut copy.axis);
+        let places = x.iter_mut().zip(y).zip(z).zip(i).zip(j).zip(k);
+        for ((((((x, y), z), i), j), k), pose) in places.zip(poses) {
+            (*x, *y, *z) = (pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
+            (*i, *j, *k) = (pose.axis.x, pose.axis.y, pose.axis.z);
         }
         (poses.len(), copy.poses())
     }
@@ -189,19 +189,11 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
     let Poses { tip_mm: [x, y, z], axis } = poses;
     let is_near = |value_mm: f64| value_mm.abs() <= MAX_COORDINATE_MM;
     // Several short loops let the processor work on many lanes at a time instead of waiting for one.
-    let [unit_i, unit_j, unit_k] = &mut out.unit;
+    let ([b, eta, gamma], [b_across, eta_across, gamma_across]) = (&mut out.angles_rad, &mut out.across);
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
         let length = (i * i + j * j + k * k).sqrt();
-        [unit_i[lane], unit_j[lane], unit_k[lane]] = [i / length, j / length, k / length];
-        // Lengths that cannot be squared lose the margin, and so does NaN.
-        let sound = (length > 1e-100) & (length < 1e100);
-        let near = is_near(x[lane]) & is_near(y[lane]) & is_near(z[lane]);
-        out.margin[lane] = if sound & near { f64::INFINITY } else { -1.0 };
-    }
-    let ([b, eta, gamma], [b_across, eta_across, gamma_across]) = (&mut out.angles_rad, &mut out.across);
-    for lane in 0..BLOCK {
-        let sighted = pointing.sight([unit_i[lane], unit_j[lane], unit_k[lane]]);
+        let sighted = pointing.sight([i / length, j / length, k / length]);
         let Sighted { half_tilt: [sin2, cos2], reach, gamma: [gamma_y, gamma_x] } = sighted;
         (gamma[lane], gamma_across[lane]) = (gamma_y, gamma_x);
         // Until the next loop.
@@ -210,7 +202,10 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
         let reach = if reach[0] < reach[1] { reach[0] } else { reach[1] };
         let reach = reach - REACH_MARGIN;
         let least = if polar < reach { polar } else { reach };
-        out.margin[lane] = if least < out.margin[lane] { least } else { out.margin[lane] };
+        // Lengths that cannot be squared lose the margin, and so does NaN.
+        let sound = (length > 1e-100) & (length < 1e100);
+        let near = is_near(x[lane]) & is_near(y[lane]) & is_near(z[lane]);
+        out.margin[lane] = if sound & near { least } else { -1.0 };
     }
     for lane in 0..BLOCK {
         let aimed = pointing.aim([b[lane], b_across[lane]]);

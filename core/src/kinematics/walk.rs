@@ -109,12 +109,15 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// Memory for all poses, and the state before the first.
     pub(super) fn begin(&mut self) -> Examination {
         let count = self.poses.count();
-        for lane in self.out.joints.each_mut() {
+        for lane in self.out.joints.each_mut().into_iter().chain([&mut self.out.conditioning]) {
+            if lane.capacity() < count {
+                // Memory that the system has cleared is not touched before it is used.
+                *lane = vec![0.0; count];
+            }
             lane.resize(count, 0.0);
         }
         self.out.warnings.clear();
         self.marks.clear();
-        self.out.conditioning.resize(count, 0.0);
         self.marks.resize(count, PLAIN);
         let cone_rad = self.kinematics.pole_cone_rad();
         let linear_limited = self.kinematics.linear_travel_mm.iter().any(Option::is_some);
