@@ -1,7 +1,8 @@
 //! Throughput of the kinematics, in one thread, as the best of 99 runs: `cargo bench --bench kinematics`.
 //!
-//! Every instruction set and, for the ratio, plain code of the obvious kind: one pose at a time, textbook
-//! formulas, the platform's trigonometry.
+//! Every instruction set and two kinds of plain code for the ratios, one pose at a time with the platform's
+//! trigonometry. They take turns with the lanes. The first is the inverse with textbook formulas. The second is the
+//! anchor: it gets the rotary angles and only computes X Y Z, as a controller does that leaves the choice to the program.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;
@@ -87,6 +88,37 @@ fn rate(mut run: impl FnMut()) -> f64 {
     POSES as f64 / times[0] / 1e6
 }
 
+/// Millions a second of works that take turns, each the best of 99 runs.
+fn rates(works: &mut [Box<dyn FnMut() + '_>]) -> Vec<f64> {
+    let mut best_s = vec![f64::INFINITY; works.len()];
+    for _ in 0..99 {
+        for (work, best_s) in works.iter_mut().zip(&mut best_s) {
+            let begin = Instant::now();
+            work();
+            *best_s = best_s.min(begin.elapsed().as_secs_f64());
+        }
+    }
+    best_s.into_iter().map(|seconds| POSES as f64 / seconds / 1e6).collect()
+}
+
+/// The anchor: X Y Z of a table A that carries a table C, for angles that are given. Nothing is chosen or calibrated.
+struct AnglesGiven {
+    /// Points of A and of C, and the work offset \[mm\].
+    a_mm: Vec3,
+    c_mm: Vec3,
+    offset_mm: Vec3,
+}
+
+impl AnglesGiven {
+    fn joints(&self, tip_mm: Vec3, [a_rad, c_rad]: [f64; 2]) -> Joints {
+        let ((sin_a, cos_a), (sin_c, cos_c)) = (a_rad.sin_cos(), c_rad.sin_cos());
+        let p = tip_mm + self.offset_mm - self.c_mm;
+        let p = Vec3::new(cos_c * p.x + sin_c * p.y, cos_c * p.y - sin_c * p.x, p.z) + self.c_mm - self.a_mm;
+        let p = Vec3::new(p.x, cos_a * p.y + sin_a * p.z, cos_a * p.z - sin_a * p.y) + self.a_mm;
+        Joints { linear_mm: p - self.offset_mm, rotary_rad: [a_rad, c_rad] }
+    }
+}
+
 /// Plain code: textbook subproblem 2 with the platform's functions, both branches, the nearest kept.
 struct Plain<'a> {
     kinematics: &'a Kinematics,
@@ -126,7 +158,7 @@ fn main() {
     let sets = [InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512];
     let (list, lanes) = poses();
     println!(
-        "M poses/s, one thread, {POSES} poses, calibrated machines; ratio to plain scalar code in brackets"
+        "M poses/s, one thread, {POSES} poses, calibrated machines; in brackets the ratios to the anchor (angles given, X Y Z computed) and to a plain inverse"
     );
     for id in ["ac-table", "nutating-b-head-c-table", "bc-head"] {
         let Some(machine) = calibrated(id) else { continue };
@@ -135,35 +167,7 @@ fn main() {
         let screws = machine.screws(true);
         let order = machine.workpiece_to_tool();
         let plain = Plain { kinematics: &kinematics, u: screws[order[0]], v: screws[order[1]], order };
-        let mut kept = Vec::with_capacity(POSES);
-        let base = rate(|| {
-            kept.clear();
-            let mut previous = [0.0; 2];
-            for pose in &list {
-                if let Some(joints) = plain.nearest(pose, previous) {
-                    previous = plain.order.map(|index| joints.rotary_rad[index]);
-                    kept.push(joints);
-                }
-            }
-            black_box(&kept);
-        });
-        println!("{id}: plain inverse, nearest {base:.1}");
-        for selection in [Selection::Nearest, Selection::Cheapest] {
-            for instructions in sets {
-                let options = PathOptions { selection, instructions, ..PathOptions::default() };
-                let mut path = Path::default();
-                let fast = rate(|| {
-                    black_box(kinematics.path_lanes_into(&lanes, &options, GO_ON, &mut path).is_ok());
-                });
-                let listed = rate(|| {
-                    black_box(kinematics.path(&list, &options, GO_ON).is_ok());
-                });
-                println!(
-                    "  {selection:?} {instructions:?}: {fast:.1} ({:.1}x), from a list of poses {listed:.1}",
-                    fast / base
-                );
-            }
-        }
+        let kept = inverse(id, &kinematics, &plain, &list, &lanes);
         let mut joints = JointLanes::default();
         for joint in &kept {
             joints.push(joint.linear_mm.into(), joint.rotary_rad);
@@ -211,6 +215,79 @@ fn main() {
     if let Some(line) = peak.lines().find(|line| line.starts_with("VmHWM")) {
         println!("{line}");
     }
+}
+
+/// Plain code, the anchor and all lanes, in turns. Returns the joints of the plain inverse.
+#[expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
+fn inverse(
+    id: &str,
+    kinematics: &Kinematics,
+    plain: &Plain<'_>,
+    list: &[ToolPose],
+    lanes: &PoseLanes,
+) -> Vec<Joints> {
+    let solve = |kept: &mut Vec<Joints>| {
+        kept.clear();
+        let mut previous = [0.0; 2];
+        for pose in list {
+            if let Some(joints) = plain.nearest(pose, previous) {
+                previous = plain.order.map(|index| joints.rotary_rad[index]);
+                kept.push(joints);
+            }
+        }
+    };
+    let mut kept = Vec::with_capacity(POSES);
+    solve(&mut kept);
+    let given: Vec<(Vec3, [f64; 2])> =
+        list.iter().zip(&kept).map(|(pose, joints)| (pose.tip_mm, joints.rotary_rad)).collect();
+    let anchor = AnglesGiven {
+        a_mm: Vec3::new(0.3, -0.2, 0.7),
+        c_mm: Vec3::new(-0.3, 0.2, -0.7),
+        offset_mm: Vec3::new(70.0, -40.0, 95.0),
+    };
+    let (mut out, mut plainly) = (Vec::with_capacity(POSES), Vec::with_capacity(POSES));
+    let mut works: Vec<Box<dyn FnMut() + '_>> = vec![
+        Box::new(|| {
+            out.clear();
+            out.extend(given.iter().map(|(tip_mm, rotary_rad)| anchor.joints(*tip_mm, *rotary_rad)));
+            black_box(&out);
+        }),
+        Box::new(|| {
+            solve(&mut plainly);
+            black_box(&plainly);
+        }),
+    ];
+    let mut names = Vec::new();
+    for selection in [Selection::Nearest, Selection::Cheapest] {
+        for instructions in [InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512] {
+            let options = PathOptions { selection, instructions, ..PathOptions::default() };
+            names.push(format!("{selection:?} {instructions:?}"));
+            let (mut path, mut path_too) = (Path::default(), Path::default());
+            works.push(Box::new(move || {
+                black_box(kinematics.path_lanes_into(lanes, &options, GO_ON, &mut path).is_ok());
+            }));
+            works.push(Box::new(move || {
+                black_box(kinematics.path_into(list, &options, GO_ON, &mut path_too).is_ok());
+            }));
+            works.push(Box::new(move || {
+                black_box(kinematics.path(list, &options, GO_ON).is_ok());
+            }));
+        }
+    }
+    let rates = rates(&mut works);
+    drop(works);
+    let (anchor, plain) = (rates[0], rates[1]);
+    println!("{id}: anchor {anchor:.1}, plain inverse {plain:.1}");
+    for (name, rates) in names.iter().zip(rates[2..].chunks_exact(3)) {
+        let [arrays, listed, fresh] = [0, 1, 2].map(|n| rates[n]);
+        println!(
+            "  {name}: {arrays:.1} ({:.2}x anchor, {:.1}x plain), from a list of poses {listed:.1} ({:.2}x anchor), into new memory {fresh:.1}",
+            arrays / anchor,
+            arrays / plain,
+            listed / anchor
+        );
+    }
+    kept
 }
 
 /// The JSON route without HTTP: text in, text out.

@@ -63,6 +63,24 @@ fn poses(count: usize) -> impl Strategy<Value = Vec<ToolPose>> {
     )
 }
 
+/// Some blocks of a finishing pass: tilt and azimuth swing about any middle, at any speed.
+fn smooth_poses() -> impl Strategy<Value = Vec<ToolPose>> {
+    let swing = || (-1.6..1.6_f64, 0.0..1.5_f64, -2.0..2.0_f64);
+    (500..1500_usize, prop_oneof![Just(1e-4), Just(1e-3), Just(1e-2)], swing(), swing()).prop_map(
+        |(count, speed, tilt, azimuth)| {
+            let poses = (0..count).map(|n| {
+                let s = n as f64 * speed;
+                let at = |(middle, width, rate): (f64, f64, f64)| middle + width * (rate * s).sin();
+                let ((sin, cos), (sin_azimuth, cos_azimuth)) =
+                    (at(tilt).sin_cos(), (at(azimuth) + s).sin_cos());
+                let axis = Vec3::new(sin * cos_azimuth, sin * sin_azimuth, cos);
+                ToolPose { tip_mm: Vec3::new(80.0 * s.cos(), 60.0 * s.sin(), 0.01 * s), axis }
+            });
+            poses.collect()
+        },
+    )
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Cost {
     rewinds: usize,
@@ -192,6 +210,27 @@ proptest! {
             prop_assert!((back.tip_mm - pose.tip_mm).norm() <= 1e-9);
             let residual = path.warnings.iter().find(|w| w.pose == n).map_or(0.0, |w| w.axis_residual_rad);
             prop_assert!((angle_between(back.axis, pose.axis) - residual).abs() <= 2e-12);
+        }
+    }
+
+    #[test]
+    fn a_smooth_path_is_the_same_to_the_last_bit_in_blocks_and_one_by_one(
+        machine in preset_machine(true), travels in [travel(), travel()], poses in smooth_poses(), nearest in any::<bool>(),
+        start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]),
+        rewind_deg in prop_oneof![Just(120.0), Just(30.0), Just(200.0)],
+    ) {
+        let machine = with_travels(&machine, travels);
+        let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
+        let selection = if nearest { Selection::Nearest } else { Selection::Cheapest };
+        let options = PathOptions { selection, start_words_deg: start, rewind_deg, ..PathOptions::default() };
+        let poses: Vec<_> = poses.into_iter().filter(|p| kinematics.candidates(0, p, 0.0).is_ok()).collect();
+        let singly = kinematics.path(&poses, &PathOptions { lanes: Lanes::Never, ..options }, GO_ON);
+        for instructions in [InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512] {
+            let in_lanes = kinematics.path(&poses, &PathOptions { instructions, ..options }, GO_ON);
+            prop_assert_eq!(&in_lanes, &singly);
+            if let (Ok(in_lanes), Ok(singly)) = (&in_lanes, &singly) {
+                prop_assert_eq!(bits(in_lanes), bits(singly));
+            }
         }
     }
 

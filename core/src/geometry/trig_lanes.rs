@@ -65,3 +65,51 @@ pub(crate) fn sin_cos<const N: usize>(angle_rad: &[f64; N], sin: &mut [f64; N], 
         (sin[lane], cos[lane]) = trig::in_quadrant(sin[lane], cos[lane].to_bits());
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const N: usize = 64;
+
+    /// A repeatable stream of numbers in [−1, 1).
+    fn stream() -> impl FnMut() -> f64 {
+        let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64) * 2.0_f64.powi(-52) - 1.0
+        }
+    }
+
+    fn compare(y: [f64; N], x: [f64; N]) {
+        let mut angle = y;
+        atan2(&mut angle, &x, &mut [[0.0; N]; 3]);
+        let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
+        sin_cos(&y, &mut sin, &mut cos);
+        for lane in 0..N {
+            let (y, x) = (y[lane], x[lane]);
+            assert_eq!(angle[lane].to_bits(), trig::atan2(y, x).to_bits(), "{y} {x}");
+            let (s, c) = trig::sin_cos(y);
+            assert_eq!([sin[lane].to_bits(), cos[lane].to_bits()], [s.to_bits(), c.to_bits()], "{y}");
+        }
+    }
+
+    #[test]
+    fn arrays_get_the_bits_of_single_numbers() {
+        let mut next = stream();
+        for scale in [1.0, 1e-9, 1e5, 1e-300] {
+            for _ in 0..500 {
+                compare(std::array::from_fn(|_| next() * scale), std::array::from_fn(|_| next()));
+                compare(std::array::from_fn(|_| next()), std::array::from_fn(|_| next() * scale));
+            }
+        }
+    }
+
+    #[test]
+    fn zeros_equal_sides_and_folds_get_the_same_bits() {
+        let special = [0.0, -0.0, 1.0, -1.0, TAN_PI_8, -TAN_PI_8, 1e-310, -1e300];
+        let y = std::array::from_fn(|lane| special[lane / 8]);
+        let x = std::array::from_fn(|lane| special[lane % 8]);
+        compare(y, x);
+    }
+}

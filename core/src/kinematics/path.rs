@@ -141,6 +141,20 @@ impl Kinematics {
         Ok(path)
     }
 
+    /// [`Kinematics::path`] into a path whose memory is used again, for many paths one after the other.
+    ///
+    /// # Errors
+    /// As for [`Kinematics::path`]; `path` then means nothing.
+    pub fn path_into(
+        &self,
+        poses: &[ToolPose],
+        options: &PathOptions,
+        stop: &dyn Fn() -> ControlFlow<()>,
+        path: &mut Path,
+    ) -> Result<(), InverseError> {
+        self.path_of(poses, options, stop, path)
+    }
+
     /// [`Kinematics::path`] for poses in arrays: faster, because nothing is rearranged.
     ///
     /// # Errors
