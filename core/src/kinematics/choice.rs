@@ -214,9 +214,8 @@ impl Choice {
 
     /// The words of both of two states at the latest pose, and a common part off their travel if it grows large.
     fn arrive_at(&mut self, last: &Stage, turns: [[f64; 2]; 2]) {
-        for state in 0..2 {
-            self.words[state] =
-                std::array::from_fn(|k| in_steps(last.words_deg[state][k]) + 360.0 * turns[state][k]);
+        for ((words, principal), turns) in self.words.iter_mut().zip(last.words_deg).zip(turns) {
+            *words = std::array::from_fn(|k| in_steps(principal[k]) + 360.0 * turns[k]);
         }
         self.latest = *last;
         if self.costs[0].travel.min(self.costs[1].travel) > REBASE_DEG {

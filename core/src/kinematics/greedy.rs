@@ -79,14 +79,21 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         joiner: &mut Joiner,
         block: Range<usize>,
     ) -> bool {
-        let (Some(lanes), Some(entered_deg)) = (&mut examination.lanes, chosen.words_deg) else {
-            return false;
-        };
+        let Some(lanes) = &mut examination.lanes else { return false };
         let (begin, size) = (block.start, block.len());
-        if begin == 0 || lanes.care {
+        if lanes.care || (begin == 0 && self.start.is_some()) {
             return false;
         }
         let (set, pointing) = (self.options.instructions, &self.kinematics.pointing);
+        if begin == 0 {
+            // The first pose is chosen alone, and then entered without a step.
+            let first = lanes.pointed.angles_rad.each_ref().map(|angle| angle[0]);
+            let stage = Stage { words_deg: pointing.words_deg(first), alive: [true; 2], held: false };
+            let nearest = chosen.grid.nearest(&stage, None, self.options.rewind_deg);
+            let Some((branch, words)) = nearest else { return false };
+            (chosen.branch, chosen.words_deg) = (branch, Some(words));
+        }
+        let Some(entered_deg) = chosen.words_deg else { return false };
         let course = Course { branch: chosen.branch, entered_deg };
         let words = &mut joiner.block.words_deg;
         if !follow(set, pointing, &chosen.bounds, course, &lanes.pointed, size, words) {
@@ -94,6 +101,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 chosen.words_deg = None;
             }
             return false;
+        }
+        if begin == 0 {
+            // Without a turn added, so that a zero keeps its sign.
+            [words[0][0], words[1][0]] = entered_deg;
         }
         chosen.words_deg = Some(words.each_ref().map(|words| words[size - 1]));
         let (_, poses) = self.poses.block(begin, &mut lanes.copy);

@@ -98,8 +98,6 @@ pub(super) struct PointedBlock {
     pub(super) angles_rad: [Lane; 3],
     /// x of these angles.
     across: [Lane; 3],
-    /// The tool axis as a unit vector.
-    unit: [Lane; 3],
     scratch: [Lane; 3],
     pub(super) conditioning: Lane,
     /// Not positive if the lane needs care: near the pole or the reach limit, without direction, or too far away.
@@ -112,7 +110,6 @@ impl PointedBlock {
         Self {
             angles_rad: [lane; 3],
             across: [lane; 3],
-            unit: [lane; 3],
             scratch: [lane; 3],
             conditioning: lane,
             margin: lane,
@@ -245,16 +242,13 @@ fn both_words_avx512(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&m
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-#[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
 fn both_words_loop(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
     let pointing = *pointing;
     let [b, eta, gamma] = &pointed.angles_rad;
+    let [first_u, first_v, second_u, second_v] = words_deg;
     for lane in 0..BLOCK {
-        let words = pointing.words_deg([b[lane], eta[lane], gamma[lane]]);
-        words_deg[0][lane] = words[0][0];
-        words_deg[1][lane] = words[0][1];
-        words_deg[2][lane] = words[1][0];
-        words_deg[3][lane] = words[1][1];
+        [[first_u[lane], first_v[lane]], [second_u[lane], second_v[lane]]] =
+            pointing.words_deg([b[lane], eta[lane], gamma[lane]]);
     }
 }
 

@@ -30,13 +30,13 @@ pub(super) struct Stays {
     /// The costs of both paths may differ by less than this \[deg\], as long as their rewinds are the same.
     pub(super) room_deg: Lane,
     /// All words in steps of 2⁻³⁰°, one before the block first.
-    steps_deg: [[f64; BLOCK + 1]; 4],
+    steps: [[f64; BLOCK + 1]; 4],
 }
 
 impl Stays {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { travel_deg: [lane; 2], sum_deg: [lane; 2], room_deg: lane, steps_deg: [[0.0; BLOCK + 1]; 4] }
+        Self { travel_deg: [lane; 2], sum_deg: [lane; 2], room_deg: lane, steps: [[0.0; BLOCK + 1]; 4] }
     }
 }
 
@@ -92,7 +92,7 @@ fn stay_loop(
     out: &mut Stays,
 ) {
     let rules = *rules;
-    let steps = &mut out.steps_deg;
+    let steps = &mut out.steps;
     for k in 0..4 {
         steps[k][0] = in_steps(before_deg[k]);
         for lane in 0..BLOCK {

@@ -34,9 +34,9 @@ pub(super) struct Course {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     /// Largest |Δu| + |Δv| \[deg\], whatever the conditioning is.
-    step_deg: f64,
+    longest_step_deg: f64,
     /// Bound on |Δu| + |Δv| by conditioning \[deg\].
-    per_conditioning_deg: f64,
+    deg_per_conditioning: f64,
     /// Travels of u, v; infinite on an unlimited axis.
     range_deg: [[f64; 2]; 2],
 }
@@ -45,8 +45,8 @@ impl Bounds {
     /// The bounds for the travels of u, v and a threshold of a rewind.
     pub(super) fn new(pointing: &Pointing, travel: [Option<Travel>; 2], rewind_deg: f64) -> Self {
         Self {
-            step_deg: rewind_deg.min(REWIND_DEG) - SLACK_DEG,
-            per_conditioning_deg: SHARE * DEG_PER_RAD / pointing.product,
+            longest_step_deg: rewind_deg.min(REWIND_DEG) - SLACK_DEG,
+            deg_per_conditioning: SHARE * DEG_PER_RAD / pointing.product,
             range_deg: travel
                 .map(|travel| travel.map_or([f64::NEG_INFINITY, f64::INFINITY], |t| [t.min, t.max])),
         }
@@ -74,7 +74,7 @@ pub(super) fn follow(
         InstructionSet::Baseline => follow_loop(&task, pointed, words_deg, &mut room),
         InstructionSet::Avx2 => follow_avx2(&task, pointed, words_deg, &mut room),
         InstructionSet::Avx512 | InstructionSet::Fastest => {
-            follow_avx512(&task, pointed, words_deg, &mut room)
+            follow_avx512(&task, pointed, words_deg, &mut room);
         }
     }
     // Without a branch in the loop. NaN is not positive.
@@ -102,7 +102,7 @@ fn follow_avx512(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane;
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-#[expect(clippy::needless_range_loop, reason = "many arrays side by side")]
+#[expect(clippy::needless_bitwise_bool, reason = "no branch inside a lane")]
 fn follow_loop(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
     let (pointing, bounds) = (*task.pointing, *task.bounds);
     let [b, eta, gamma] = &pointed.angles_rad;
@@ -114,8 +114,9 @@ fn follow_loop(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2
     }
     let lane_room = |[u, v]: [f64; 2], before: [f64; 2], conditioning: f64| {
         let step = (u - before[0]).abs() + (v - before[1]).abs();
-        let by_conditioning = conditioning * bounds.per_conditioning_deg - SLACK_DEG;
-        let bound = if by_conditioning < bounds.step_deg { by_conditioning } else { bounds.step_deg };
+        let by_conditioning = conditioning * bounds.deg_per_conditioning - SLACK_DEG;
+        let bound =
+            if by_conditioning < bounds.longest_step_deg { by_conditioning } else { bounds.longest_step_deg };
         let [range_u, range_v] = bounds.range_deg;
         let within = (u >= range_u[0]) & (u <= range_u[1]) & (v >= range_v[0]) & (v <= range_v[1]);
         if within { bound - step } else { -1.0 }

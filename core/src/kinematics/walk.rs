@@ -5,10 +5,10 @@ use std::ops::ControlFlow;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, both_words, point};
-use super::pointing::{nearest_integer, principal_deg};
+use super::pointing::principal_deg;
 use super::staying::Stays;
 use super::two_way::{Rules, Weights, weigh};
-use super::{InverseError, JointLanes, Kinematics, MAX_CELLS, Path, PathOptions, REACH_SLACK_RAD, Selection};
+use super::{InverseError, JointLanes, Kinematics, Path, PathOptions, REACH_SLACK_RAD, Selection};
 use crate::geometry::trig;
 use crate::machine::Motion;
 
