@@ -2,7 +2,7 @@
 //!
 //! Every instruction set and two kinds of plain code for the ratios, one pose at a time with the platform's
 //! trigonometry. They take turns with the lanes. The first is the inverse with textbook formulas. The second is the
-//! anchor: it gets the rotary angles and only computes X Y Z, as a controller does that leaves the choice to the program.
+//! anchor: it gets the rotary angles and only computes X Y Z. A controller does this if the program names the angles.
 
 use std::hint::black_box;
 use std::ops::ControlFlow;

@@ -1,14 +1,16 @@
 //! Costs of a block in which no path changes its solution of the direction.
 //!
-//! Usually both running paths of the dynamic programming go on along their own solution: a change costs a rewind, or more
-//! travel than it can save. One look at all lanes proves it. Then the costs are sums, and no weights of changes are
-//! needed. The proof of a lane: let `s` be the travel of either path's own step, and `d` the distance between the two
-//! solutions on an axis. A change of solution turns this axis by at least d − s. If this is more than the threshold, it is
-//! a rewind more. Otherwise the change costs at least Σd − s, against s' of the path that stays. So nothing changes while
-//! the costs of both paths differ by clearly less than Σd − s − s'.
+//! Usually both running paths of the dynamic programming go on along their own solution: a change costs a rewind, or
+//! more travel than it can save. One look at all lanes proves it. Then the costs are sums, and no weights of changes
+//! are needed.
 //!
-//! The price is a second way to the same choice. [`super::Lanes::Never`] takes the plain way, and the tests compare every
-//! bit.
+//! The proof of a lane: let s and s' be the travel of the two paths' own steps, and `d` the distance between the two
+//! solutions on an axis. A change of solution turns this axis by at least d − s. If this is above the threshold, it is
+//! a rewind more. Otherwise the change travels at least Σd − s, against s' of the path that stays. So nothing changes
+//! while the costs of both paths differ by clearly less than Σd − s − s'.
+//!
+//! The price is a second way to the same choice. [`super::Lanes::Never`] takes the plain way, and the tests compare
+//! every bit.
 
 use multiversion::multiversion;
 

@@ -1,10 +1,11 @@
 //! Blocks in which nothing changes: the path stays on one solution of the direction, and no axis passes ±180°.
 //!
-//! Most blocks of a smooth path are like this, and one look at all lanes proves it. Then nothing is weighed, and nothing
-//! is computed for the other solution. The proof of a lane: let `s` be the travel |Δu| + |Δv| of the step on this
-//! solution. The other solution turns v by 2B or 2π − 2B, so it is at least 2 sin B away from this one. A step to it
-//! therefore travels at least 2 sin B − s. If s is clearly below sin B, staying is nearest. If s is also below the
-//! threshold of a rewind, no cost can outweigh this.
+//! Most blocks of a smooth path are like this, and one look at all lanes proves it. Then nothing is weighed, and
+//! nothing is computed for the other solution.
+//!
+//! The proof of a lane: let s be the travel |Δu| + |Δv| of the step on this solution. The other solution turns v by 2B
+//! or 2π − 2B, so it is at least 2 sin B away from this one. A step to it therefore travels at least 2 sin B − s. If s
+//! is clearly below sin B, staying is nearest. If s is also below the threshold of a rewind, no cost outweighs this.
 //!
 //! The price is a second way to the same choice. [`super::Lanes::Never`] takes the plain way, and the tests compare
 //! every bit.
@@ -53,8 +54,8 @@ impl Bounds {
     }
 }
 
-/// Writes the words of u, v \[deg\] along a course. True if the course is steady up to lane `size`; otherwise the words mean
-/// nothing.
+/// Writes the words of u, v \[deg\] along a course. True if the course is steady up to lane `size`; otherwise the words
+/// mean nothing.
 pub(super) fn follow(
     set: InstructionSet,
     pointing: &Pointing,
