@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::InverseError;
 use super::grid::{Grid, Stage};
 use super::joining::Joiner;
-use super::lanes::{BLOCK, PoseBlock, PoseSource};
+use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
 use super::steady::{Bounds, Course, follow};
 use super::walk::{Examination, HELD, PLAIN, Walk, Weighed, branch_words, branch_words_mut};
@@ -35,7 +35,6 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             weighed: self.lanes_of(grid),
         };
         let mut joiner = self.joiner();
-        let mut copy = Box::new(PoseBlock::new());
         // Poses before this one are done.
         let mut done = 0;
         for begin in (0..count).step_by(BLOCK) {
@@ -60,10 +59,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                     return Err(error);
                 }
                 before = last;
-                for (words, chosen) in joiner.block.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
+                for (words, chosen) in joiner.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
                     words[..block.len()].copy_from_slice(&chosen[block.clone()]);
                 }
-                self.join(&mut joiner, &mut copy, block, false);
+                self.join(&mut joiner, block, false);
             }
             done = end;
         }
@@ -95,7 +94,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
         let Some(entered_deg) = chosen.words_deg else { return false };
         let course = Course { branch: chosen.branch, entered_deg };
-        let words = &mut joiner.block.words_deg;
+        let words = &mut joiner.words_deg;
         if !follow(set, pointing, &chosen.bounds, course, &lanes.pointed, size, words) {
             if begin == 0 {
                 chosen.words_deg = None;
@@ -107,8 +106,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             [words[0][0], words[1][0]] = entered_deg;
         }
         chosen.words_deg = Some(words.each_ref().map(|words| words[size - 1]));
-        let (_, poses) = self.poses.block(begin, &mut lanes.copy);
-        self.join_block(joiner, poses.tip_mm, begin, size);
+        self.join_block(joiner, begin, size);
         self.out.conditioning[block].copy_from_slice(&lanes.pointed.conditioning[..size]);
         let last = lanes.pointed.angles_rad.each_ref().map(|angle| angle[size - 1]);
         let [[first_u, first_v], [second_u, second_v]] = pointing.words_deg(last);

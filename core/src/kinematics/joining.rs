@@ -2,30 +2,48 @@
 
 use std::ops::Range;
 
-use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, join};
+use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, Targets, join};
 use super::walk::{HELD, LIMIT, Walk};
-use super::{InverseError, PathWarning, WarningKind};
+use super::{InverseError, Kinematics, PathWarning, WarningKind};
 
-/// Memory for the joints of a block, and the words before it.
+/// Chosen words of a block that become joints, and the words before them.
 pub(super) struct Joiner {
-    chain: LinearChain,
-    swapped: bool,
-    pub(super) block: Box<JointBlock>,
-    /// For a block at the end that is not full.
-    spare: Box<[Lane; 5]>,
+    /// Chosen words of u, v \[deg\].
+    pub(super) words_deg: Box<[Lane; 2]>,
     /// Words of u, v of the latest pose joined \[deg\].
     previous: Option<[f64; 2]>,
+    /// `None` if poses are joined one by one.
+    lanes: Option<JoinLanes>,
+}
+
+/// Memory to join a block in lanes.
+struct JoinLanes {
+    chain: LinearChain,
+    swapped: bool,
+    block: Box<JointBlock>,
+    copy: Box<PoseBlock>,
+    /// For a block at the end that is not full.
+    spare: Box<[Lane; 5]>,
+}
+
+impl JoinLanes {
+    fn new(kinematics: &Kinematics) -> Self {
+        Self {
+            chain: kinematics.linear_chain(),
+            swapped: kinematics.profile_index[0] == 1,
+            block: Box::new(JointBlock::new()),
+            copy: Box::new(PoseBlock::new()),
+            spare: Box::new([[0.0; BLOCK]; 5]),
+        }
+    }
 }
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
     pub(super) fn joiner(&self) -> Joiner {
-        let kinematics = self.kinematics;
         Joiner {
-            chain: kinematics.linear_chain(),
-            swapped: kinematics.profile_index[0] == 1,
-            block: Box::new(JointBlock::new()),
-            spare: Box::new([[0.0; BLOCK]; 5]),
+            words_deg: Box::new([[0.0; BLOCK]; 2]),
             previous: self.start,
+            lanes: (!self.singly).then(|| JoinLanes::new(self.kinematics)),
         }
     }
 
@@ -37,74 +55,65 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         mut words_of: impl FnMut(&Self, Range<usize>, &mut [Lane; 2]) -> bool,
     ) -> Result<(), InverseError> {
         let mut joiner = self.joiner();
-        let mut copy = Box::new(PoseBlock::new());
         let count = self.poses.count();
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
             let block = begin..count.min(begin + BLOCK);
-            let small = words_of(self, block.clone(), &mut joiner.block.words_deg);
-            self.join(&mut joiner, &mut copy, block, small);
+            let small = words_of(self, block.clone(), &mut joiner.words_deg);
+            self.join(&mut joiner, block, small);
         }
         Ok(())
     }
 
     /// Converts the words in the joiner's block to joints, and collects the warnings. `small`: no step is a rewind.
-    pub(super) fn join(
-        &mut self,
-        joiner: &mut Joiner,
-        copy: &mut PoseBlock,
-        lanes: Range<usize>,
-        small: bool,
-    ) {
-        let (begin, size) = (lanes.start, lanes.len());
-        let [u, v] = &joiner.block.words_deg;
+    pub(super) fn join(&mut self, joiner: &mut Joiner, block: Range<usize>, small: bool) {
+        let (begin, size) = (block.start, block.len());
+        let [u, v] = &*joiner.words_deg;
         let entered = joiner.previous.unwrap_or([u[0], v[0]]);
-        if self.singly {
-            self.join_singly(joiner, begin, size);
-        } else {
-            let marked = self.marks[lanes].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
-            let wide = !small
-                && (0..2).any(|k| {
-                    let words = &joiner.block.words_deg[k][..size];
-                    has_step_over(self.options.rewind_deg, entered[k], words)
-                });
-            let poses = self.poses.block(begin, copy).1;
-            self.join_block(joiner, poses.tip_mm, begin, size);
-            if !marked && !wide {
-                return;
-            }
+        let marked = self.marks[block].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
+        let threshold_deg = self.options.rewind_deg;
+        let wide = !small
+            && (has_step_over(threshold_deg, entered[0], &u[..size])
+                || has_step_over(threshold_deg, entered[1], &v[..size]));
+        self.join_block(joiner, begin, size);
+        if !marked && !wide {
+            return;
         }
         let mut previous = Some(entered);
         for lane in 0..size {
-            let words = joiner.block.words_deg.each_ref().map(|words| words[lane]);
+            let words = joiner.words_deg.each_ref().map(|words| words[lane]);
             self.warn_of_step(begin + lane, previous, words);
             previous = Some(words);
         }
     }
 
     /// Converts the words in the joiner's block to joints, without a look at warnings.
-    pub(super) fn join_block(&mut self, joiner: &mut Joiner, tip_mm: [&Lane; 3], begin: usize, size: usize) {
-        let Joiner { chain, swapped, block, spare, previous } = joiner;
-        *previous = Some(block.words_deg.each_ref().map(|words| words[size - 1]));
+    pub(super) fn join_block(&mut self, joiner: &mut Joiner, begin: usize, size: usize) {
+        let Joiner { words_deg, previous, lanes } = joiner;
+        *previous = Some(words_deg.each_ref().map(|words| words[size - 1]));
+        let Some(JoinLanes { chain, swapped, block, copy, spare }) = lanes else {
+            self.join_singly(words_deg, begin, size);
+            return;
+        };
+        let targets = Targets { words_deg, tip_mm: self.poses.tips(begin, copy) };
         let set = self.options.instructions;
         if let Some(here) = self.out.joints.block_mut(begin) {
-            join(set, chain, tip_mm, block, Joined::new(here, *swapped));
+            join(set, chain, targets, block, Joined::new(here, *swapped));
             return;
         }
-        join(set, chain, tip_mm, block, Joined::new(spare.each_mut(), *swapped));
+        join(set, chain, targets, block, Joined::new(spare.each_mut(), *swapped));
         for (lane, joined) in self.out.joints.each_mut().into_iter().zip(spare.iter()) {
             lane[begin..begin + size].copy_from_slice(&joined[..size]);
         }
     }
 
-    fn join_singly(&mut self, joiner: &mut Joiner, begin: usize, size: usize) {
+    fn join_singly(&mut self, words_deg: &[Lane; 2], begin: usize, size: usize) {
         for lane in 0..size {
-            let words = joiner.block.words_deg.each_ref().map(|words| words[lane]);
+            let words = words_deg.each_ref().map(|words| words[lane]);
             let joined = self.kinematics.joints_at(self.poses.pose(begin + lane).tip_mm, words);
             let [x, y, z, first, second] = self.out.joints.each_mut().map(|joints| &mut joints[begin + lane]);
             [*x, *y, *z] = joined.linear_mm.into();
             [*first, *second] = joined.rotary_rad;
-            joiner.previous = Some(words);
         }
     }
 

@@ -18,6 +18,10 @@ pub(super) trait PoseSource {
     fn pose(&self, index: usize) -> ToolPose;
     /// Up to a block of poses from `start` on, in place or copied into `copy`, and their number.
     fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>);
+    /// Only the tips of [`PoseSource::block`].
+    fn tips<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> [&'a Lane; 3] {
+        self.block(start, copy).1.tip_mm
+    }
 }
 
 /// A block of poses in place: x y z, i j k.
@@ -59,6 +63,14 @@ impl PoseSource for [ToolPose] {
             (*i, *j, *k) = (pose.axis.x, pose.axis.y, pose.axis.z);
         }
         (poses.len(), copy.poses())
+    }
+    fn tips<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> [&'a Lane; 3] {
+        let poses = &self[start..self.len().min(start + BLOCK)];
+        let [x, y, z] = &mut copy.tip_mm;
+        for (((x, y), z), pose) in x.iter_mut().zip(y).zip(z).zip(poses) {
+            (*x, *y, *z) = (pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
+        }
+        copy.tip_mm.each_ref()
     }
 }
 
@@ -117,10 +129,8 @@ impl PointedBlock {
     }
 }
 
-/// Chosen words, and what is computed from them on the way to joints.
+/// What is computed from chosen words on the way to joints.
 pub(super) struct JointBlock {
-    /// Words of u, v \[deg\]: the input.
-    pub(super) words_deg: [Lane; 2],
     sin: [Lane; 2],
     cos: [Lane; 2],
 }
@@ -128,8 +138,15 @@ pub(super) struct JointBlock {
 impl JointBlock {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { words_deg: [lane; 2], sin: [lane; 2], cos: [lane; 2] }
+        Self { sin: [lane; 2], cos: [lane; 2] }
     }
+}
+
+/// Chosen words of u, v \[deg\] and the tips \[mm\] of a block.
+#[derive(Clone, Copy)]
+pub(super) struct Targets<'a> {
+    pub(super) words_deg: &'a [Lane; 2],
+    pub(super) tip_mm: [&'a Lane; 3],
 }
 
 /// Where the joints of a block go.
@@ -281,34 +298,34 @@ impl Kinematics {
 pub(super) fn join(
     set: InstructionSet,
     chain: &LinearChain,
-    tip_mm: [&Lane; 3],
+    targets: Targets<'_>,
     block: &mut JointBlock,
     out: Joined<'_>,
 ) {
     match set {
-        InstructionSet::Baseline => join_any(chain, tip_mm, block, out),
-        InstructionSet::Avx2 => join_avx2(chain, tip_mm, block, out),
-        InstructionSet::Avx512 | InstructionSet::Fastest => join_avx512(chain, tip_mm, block, out),
+        InstructionSet::Baseline => join_any(chain, targets, block, out),
+        InstructionSet::Avx2 => join_avx2(chain, targets, block, out),
+        InstructionSet::Avx512 | InstructionSet::Fastest => join_avx512(chain, targets, block, out),
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn join_avx2(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out: Joined<'_>) {
-    join_any(chain, tip_mm, block, out);
+fn join_avx2(chain: &LinearChain, targets: Targets<'_>, block: &mut JointBlock, out: Joined<'_>) {
+    join_any(chain, targets, block, out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn join_avx512(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out: Joined<'_>) {
-    join_any(chain, tip_mm, block, out);
+fn join_avx512(chain: &LinearChain, targets: Targets<'_>, block: &mut JointBlock, out: Joined<'_>) {
+    join_any(chain, targets, block, out);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn join_any(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out: Joined<'_>) {
+fn join_any(chain: &LinearChain, targets: Targets<'_>, block: &mut JointBlock, out: Joined<'_>) {
     match chain.head_axes {
-        0 => join_loop::<0>(chain, tip_mm, block, out),
-        1 => join_loop::<1>(chain, tip_mm, block, out),
-        _ => join_loop::<2>(chain, tip_mm, block, out),
+        0 => join_loop::<0>(chain, targets, block, out),
+        1 => join_loop::<1>(chain, targets, block, out),
+        _ => join_loop::<2>(chain, targets, block, out),
     }
 }
 
@@ -316,13 +333,14 @@ fn join_any(chain: &LinearChain, tip_mm: [&Lane; 3], block: &mut JointBlock, out
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 fn join_loop<const HEAD_AXES: usize>(
     chain: &LinearChain,
-    tip_mm: [&Lane; 3],
+    targets: Targets<'_>,
     block: &mut JointBlock,
     out: Joined<'_>,
 ) {
     let chain = *chain;
     let Joined { linear_mm: [x, y, z], rotary_rad } = out;
-    let JointBlock { words_deg, sin, cos } = block;
+    let Targets { words_deg, tip_mm } = targets;
+    let JointBlock { sin, cos } = block;
     for (k, angles_rad) in rotary_rad.into_iter().enumerate() {
         for lane in 0..BLOCK {
             angles_rad[lane] = chain.sense[k] * words_deg[k][lane].to_radians();
