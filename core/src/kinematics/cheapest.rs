@@ -7,7 +7,7 @@ use super::grid::Grid;
 use super::joining::has_step_over;
 use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
-use super::staying::stay;
+use super::staying::{Stays, stay};
 use super::walk::{HELD, PLAIN, Walk, Weighed, branch_words};
 use super::{InverseError, MAX_CELLS, REWIND_DEG};
 
@@ -106,6 +106,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let [first, second] = choice.turns();
         let turns_deg = [first[0], first[1], second[0], second[1]].map(|turns| 360.0 * turns);
         let Weighed { rules, stays, .. } = lanes;
+        let stays = stays.get_or_insert_with(|| Box::new(Stays::new()));
         stay(self.options.instructions, rules, self.both(begin - 1), turns_deg, words_deg, stays);
         choice.stay(stays, size, &self.stage(begin + size - 1))
     }

@@ -18,7 +18,7 @@ struct Chosen {
     words_deg: Option<[f64; 2]>,
     /// Its branch.
     branch: usize,
-    /// Memory to weigh a block.
+    /// Memory to weigh a block, once there is one to weigh.
     weighed: Option<Weighed>,
 }
 
@@ -32,7 +32,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             bounds: Bounds::new(&self.kinematics.pointing, grid.travel, self.options.rewind_deg),
             words_deg: self.start,
             branch: 0,
-            weighed: self.lanes_of(grid),
+            weighed: None,
         };
         let mut joiner = self.joiner();
         // Poses before this one are done.
@@ -123,6 +123,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         block: Range<usize>,
     ) -> Result<(), InverseError> {
         let (begin, end) = (block.start, block.end);
+        if chosen.weighed.is_none() {
+            chosen.weighed = self.lanes_of(chosen.grid);
+        }
         if let Some(weighed) = &mut chosen.weighed {
             self.weigh(before, begin, end, weighed);
         }

@@ -25,8 +25,8 @@ pub(super) struct Weighed {
     /// Principal words of u, v of the first branch, then of the second \[deg\].
     pub(super) words: Box<[Lane; 4]>,
     pub(super) weights: Box<Weights>,
-    /// Of a block in which no path changes its branch.
-    pub(super) stays: Box<Stays>,
+    /// Of a block in which no path changes its branch, once there is one to look at.
+    pub(super) stays: Option<Box<Stays>>,
 }
 
 /// The directions found so far.
@@ -357,7 +357,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             rules,
             words: Box::new([[0.0; BLOCK]; 4]),
             weights: Box::new(Weights::new()),
-            stays: Box::new(Stays::new()),
+            stays: None,
         })
     }
 
