@@ -103,18 +103,19 @@ fn rates(works: &mut [Box<dyn FnMut() + '_>]) -> Vec<f64> {
 
 /// The anchor: X Y Z of a table A that carries a table C, for angles that are given. Nothing is chosen or calibrated.
 struct AnglesGiven {
-    /// Points of A and of C, and the work offset \[mm\].
-    a_mm: Vec3,
-    c_mm: Vec3,
+    /// Points of A and of C.
+    points_mm: [Vec3; 2],
+    /// The work offset.
     offset_mm: Vec3,
 }
 
 impl AnglesGiven {
     fn joints(&self, tip_mm: Vec3, [a_rad, c_rad]: [f64; 2]) -> Joints {
         let ((sin_a, cos_a), (sin_c, cos_c)) = (a_rad.sin_cos(), c_rad.sin_cos());
-        let p = tip_mm + self.offset_mm - self.c_mm;
-        let p = Vec3::new(cos_c * p.x + sin_c * p.y, cos_c * p.y - sin_c * p.x, p.z) + self.c_mm - self.a_mm;
-        let p = Vec3::new(p.x, cos_a * p.y + sin_a * p.z, cos_a * p.z - sin_a * p.y) + self.a_mm;
+        let [a_mm, c_mm] = self.points_mm;
+        let p = tip_mm + self.offset_mm - c_mm;
+        let p = Vec3::new(cos_c * p.x + sin_c * p.y, cos_c * p.y - sin_c * p.x, p.z) + c_mm - a_mm;
+        let p = Vec3::new(p.x, cos_a * p.y + sin_a * p.z, cos_a * p.z - sin_a * p.y) + a_mm;
         Joints { linear_mm: p - self.offset_mm, rotary_rad: [a_rad, c_rad] }
     }
 }
@@ -241,8 +242,7 @@ fn inverse(
     let given: Vec<(Vec3, [f64; 2])> =
         list.iter().zip(&kept).map(|(pose, joints)| (pose.tip_mm, joints.rotary_rad)).collect();
     let anchor = AnglesGiven {
-        a_mm: Vec3::new(0.3, -0.2, 0.7),
-        c_mm: Vec3::new(-0.3, 0.2, -0.7),
+        points_mm: [Vec3::new(0.3, -0.2, 0.7), Vec3::new(-0.3, 0.2, -0.7)],
         offset_mm: Vec3::new(70.0, -40.0, 95.0),
     };
     let (mut out, mut plainly) = (Vec::with_capacity(POSES), Vec::with_capacity(POSES));

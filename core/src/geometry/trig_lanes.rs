@@ -81,11 +81,11 @@ mod tests {
         }
     }
 
-    fn compare(y: [f64; N], x: [f64; N]) {
-        let mut angle = y;
-        atan2(&mut angle, &x, &mut [[0.0; N]; 3]);
+    fn compare(y: &[f64; N], x: &[f64; N]) {
+        let mut angle = *y;
+        atan2(&mut angle, x, &mut [[0.0; N]; 3]);
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
-        sin_cos(&y, &mut sin, &mut cos);
+        sin_cos(y, &mut sin, &mut cos);
         for lane in 0..N {
             let (y, x) = (y[lane], x[lane]);
             assert_eq!(angle[lane].to_bits(), trig::atan2(y, x).to_bits(), "{y} {x}");
@@ -99,8 +99,8 @@ mod tests {
         let mut next = stream();
         for scale in [1.0, 1e-9, 1e5, 1e-300] {
             for _ in 0..500 {
-                compare(std::array::from_fn(|_| next() * scale), std::array::from_fn(|_| next()));
-                compare(std::array::from_fn(|_| next()), std::array::from_fn(|_| next() * scale));
+                compare(&std::array::from_fn(|_| next() * scale), &std::array::from_fn(|_| next()));
+                compare(&std::array::from_fn(|_| next()), &std::array::from_fn(|_| next() * scale));
             }
         }
     }
@@ -110,6 +110,6 @@ mod tests {
         let special = [0.0, -0.0, 1.0, -1.0, TAN_PI_8, -TAN_PI_8, 1e-310, -1e300];
         let y = std::array::from_fn(|lane| special[lane / 8]);
         let x = std::array::from_fn(|lane| special[lane % 8]);
-        compare(y, x);
+        compare(&y, &x);
     }
 }
