@@ -19,6 +19,7 @@ mod parameters;
 mod prediction;
 mod robust;
 pub mod rotary_sphere;
+mod turned_bars;
 mod warnings;
 
 pub use absolute::{AbsoluteError, absolute_errors, iso_230_symbol};

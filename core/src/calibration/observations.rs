@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::eccentricity::{Harmonic, HarmonicFit, full_turn};
 use super::parameters::MovedLines;
 use super::prediction::{Control, TestModel, spindle_reading};
+use super::turned_bars::Moved;
 use super::{BallBarRun, ErrorParameter, Observed, Reading, SetupError, SpindleStep};
 use crate::geometry::{Vec3, trig};
 use crate::machine::{LocationError, Machine};
@@ -109,37 +110,29 @@ impl Observations {
     ) -> Predicted {
         let lines = MovedLines::new(machine, errors);
         let ball_offset_mm = Vec3::new(setup_error_mm[0], setup_error_mm[1], 0.0);
-        let columns = parameters.len() + 2;
-        let mut values_mm = DVector::zeros(self.values_mm.len());
-        let mut slopes = DMatrix::zeros(self.values_mm.len(), columns);
-        let mut row_slopes = vec![0.0; columns];
+        let moved = Moved { lines: &lines, control, setup_error_mm: ball_offset_mm };
+        let (rows, columns) = (self.values_mm.len(), parameters.len() + 2);
+        let mut values_mm = DVector::zeros(rows);
+        let mut slopes = DMatrix::zeros(rows, columns);
         for block in &self.blocks {
-            let read = |model: &TestModel, turn, row_slopes: &mut [f64]| {
-                model.reading(turn, &lines, control, ball_offset_mm, parameters, row_slopes)
-            };
             match &block.source {
                 Source::Readings(model) => {
-                    for (row, turn) in (block.first..).zip(&block.turns) {
-                        values_mm[row] = read(model, *turn, &mut row_slopes);
-                        for (column, slope) in row_slopes.iter().enumerate() {
-                            slopes[(row, column)] = *slope;
-                        }
-                    }
+                    let of_block = block.first..block.first + block.rows;
+                    let of_columns = slopes.as_mut_slice().chunks_exact_mut(rows);
+                    let of_columns = of_columns.map(|column| &mut column[of_block.clone()]);
+                    let readings_mm = &mut values_mm.as_mut_slice()[of_block.clone()];
+                    model.readings(&block.turns, &moved, parameters, readings_mm, of_columns);
                 }
                 Source::Eccentricity(model, fit) => {
-                    let mut readings = Vec::with_capacity(block.turns.len());
-                    let mut by_column = vec![Vec::with_capacity(block.turns.len()); columns];
-                    for turn in &block.turns {
-                        readings.push(read(model, *turn, &mut row_slopes));
-                        for (column, slope) in by_column.iter_mut().zip(&row_slopes) {
-                            column.push(*slope);
-                        }
-                    }
-                    for (row, value) in (block.first..).zip(fit.of(&readings)) {
+                    let mut readings_mm = vec![0.0; block.turns.len()];
+                    let mut by_column = vec![vec![0.0; block.turns.len()]; columns];
+                    let of_columns = by_column.iter_mut().map(Vec::as_mut_slice);
+                    model.readings(&block.turns, &moved, parameters, &mut readings_mm, of_columns);
+                    for (row, value) in (block.first..).zip(fit.of(&readings_mm)) {
                         values_mm[row] = value;
                     }
-                    for (column, readings) in by_column.iter().enumerate() {
-                        for (row, slope) in (block.first..).zip(fit.of(readings)) {
+                    for (column, slopes_of_turns) in by_column.iter().enumerate() {
+                        for (row, slope) in (block.first..).zip(fit.of(slopes_of_turns)) {
                             slopes[(row, column)] = slope;
                         }
                     }

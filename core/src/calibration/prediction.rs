@@ -9,18 +9,18 @@ use crate::machine::{Machine, Side};
 /// One test's geometry: everything that stays the same while the axis turns.
 #[derive(Debug, Clone)]
 pub(super) struct TestModel {
-    axis: usize,
-    on_table: bool,
+    pub(super) axis: usize,
+    pub(super) on_table: bool,
     /// The programmed ball in W \[mm\]. W has its origin `o` in `center_mm`, the point that squareness does not
     /// move.
-    ball_mm: Vec3,
+    pub(super) ball_mm: Vec3,
     /// The reference point of the table axis next to the workpiece in M \[mm\].
     center_mm: Vec3,
     /// Bar direction at zero.
-    bar: Vec3,
-    bar_length_mm: f64,
+    pub(super) bar: Vec3,
+    pub(super) bar_length_mm: f64,
     tool_length_mm: f64,
-    squareness: Mat3,
+    pub(super) squareness: Mat3,
 }
 
 /// The control that turns the axis: the lines it assumes, in the profile's order.
@@ -97,7 +97,7 @@ impl TestModel {
 
     /// The line of a table axis in W, or of a head axis relative to the ball. Head lines are given from the gauge
     /// point.
-    fn placed(&self, mut line: Screw) -> Screw {
+    pub(super) fn placed(&self, mut line: Screw) -> Screw {
         if self.on_table {
             line.point_mm -= self.center_mm;
         } else {
