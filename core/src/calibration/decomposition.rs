@@ -1,6 +1,6 @@
 //! The combinations of unknowns that the rows determine: singular values of the columns at unit length.
 
-use nalgebra::{DMatrix, SVD};
+use nalgebra::{DMatrix, DMatrixView, SVD};
 
 /// A singular value below this part of the largest counts as zero (shared notation §5 "Rank").
 const RANK_THRESHOLD: f64 = 1e-9;
@@ -95,7 +95,8 @@ fn unscaled(directions: &DMatrix<f64>, scales: &[f64]) -> DMatrix<f64> {
 
 /// `a · b`, summed in the order of the rows. For larger matrices the library's own product uses instructions that
 /// depend on the processor, and with them the last digit.
-pub(super) fn product(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn product<'a>(a: impl Into<DMatrixView<'a, f64>>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    let a = a.into();
     let mut result = DMatrix::zeros(a.nrows(), b.ncols());
     for (mut out, factors) in result.column_iter_mut().zip(b.column_iter()) {
         for (column, factor) in a.column_iter().zip(factors.iter()) {

@@ -6,7 +6,7 @@ use super::absolute::{AbsoluteError, absolute_estimates};
 use super::blind::{Blind, blind_combinations};
 use super::decomposition::{Decomposition, product};
 use super::eccentricity::{Harmonic, HarmonicFit};
-use super::observations::Observations;
+use super::observations::{Observations, Predicted};
 use super::robust::{Outliers, keep};
 use super::warnings::{RunWarning, warnings};
 use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters, told_per_unit};
@@ -168,7 +168,7 @@ pub(super) struct Solution {
     setup_error_mm: [f64; 2],
     /// Measured minus model, with offsets still included \[mm\].
     pub(super) residuals_mm: DVector<f64>,
-    slopes: DMatrix<f64>,
+    predicted: Predicted,
 }
 
 impl<'a> Fit<'a> {
@@ -183,9 +183,7 @@ impl<'a> Fit<'a> {
             parameters.iter().copied().map(Unknown::Error).chain([0, 1].map(Unknown::SetupError)).collect();
         let decomposed = |columns: usize| {
             let mut slopes = at_zero.slopes.columns(0, columns).into_owned();
-            for mut column in slopes.column_iter_mut() {
-                observations.project(&observations.weights, column.as_mut_slice());
-            }
+            observations.project(&observations.weights, slopes.as_mut_slice());
             Decomposition::new(slopes).filter(|found| found.rank() > 0).ok_or(RunFault::NothingDetermined)
         };
         let with_setup = matches!(run.setup_error, SetupError::Spindle(_));
@@ -222,23 +220,34 @@ impl<'a> Fit<'a> {
     }
 
     fn at(&self, errors: [LocationError; 2], setup_error_mm: [f64; 2]) -> Solution {
+        let predicted = self.observations.nothing_predicted(self.parameters.len());
+        let residuals_mm = self.observations.values_mm.clone();
+        let mut solution = Solution { errors, setup_error_mm, residuals_mm, predicted };
+        self.predict(&mut solution);
+        solution
+    }
+
+    /// Predicts the readings with the solution's errors, in the memory of its last prediction.
+    fn predict(&self, solution: &mut Solution) {
         let nominal = self.machine.screws(false);
-        let predicted =
-            self.observations.predict(self.machine, &nominal, &self.parameters, &errors, setup_error_mm);
-        Solution {
+        let Solution { errors, setup_error_mm, residuals_mm, predicted } = solution;
+        let observations = &self.observations;
+        observations.predict_into(
+            predicted,
+            self.machine,
+            &nominal,
+            &self.parameters,
             errors,
-            setup_error_mm,
-            residuals_mm: &self.observations.values_mm - predicted.values_mm,
-            slopes: predicted.slopes,
-        }
+            *setup_error_mm,
+        );
+        observations.values_mm.sub_to(&predicted.values_mm, residuals_mm);
     }
 
     /// Gauss–Newton from `solution` with these weights of the rows, among the determined combinations.
     pub(super) fn descend(&self, mut solution: Solution, weights: &[f64]) -> Result<Solution, RunFault> {
         let mut before_mm = f64::INFINITY;
         for _ in 0..MAX_STEPS {
-            let moved_mm;
-            (solution, moved_mm) = self.step(&solution, weights)?;
+            let moved_mm = self.step(&mut solution, weights)?;
             let only_rounding = moved_mm < ROUNDING_MM && moved_mm > 0.5 * before_mm;
             if moved_mm <= STEP_END_MM || only_rounding {
                 return Ok(solution);
@@ -251,8 +260,8 @@ impl<'a> Fit<'a> {
     const OUT_OF_BOUNDS: RunFault =
         RunFault::NoFit { max_mm: Machine::MAX_ERROR_MM, max_rad: Machine::MAX_ERROR_RAD };
 
-    /// One step, and its mean change of the model over the rows \[mm\].
-    pub(super) fn step(&self, solution: &Solution, weights: &[f64]) -> Result<(Solution, f64), RunFault> {
+    /// Takes one step. Returns its mean change of the model over the rows \[mm\].
+    pub(super) fn step(&self, solution: &mut Solution, weights: &[f64]) -> Result<f64, RunFault> {
         let factors = self.design(solution, weights).qr();
         let mut residuals = solution.residuals_mm.clone();
         self.observations.project(weights, residuals.as_mut_slice());
@@ -260,33 +269,35 @@ impl<'a> Fit<'a> {
         let top = residuals.rows(0, self.directions.ncols()).into_owned();
         let moved_mm = top.norm() / (self.observations.values_mm.len() as f64).sqrt();
         let step = factors.r().solve_upper_triangular(&top).ok_or(Self::OUT_OF_BOUNDS)?;
-        let (mut errors, mut setup_error_mm) = (solution.errors, solution.setup_error_mm);
+        let Solution { errors, setup_error_mm, .. } = &mut *solution;
         for (unknown, row) in self.unknowns.iter().zip(self.directions.row_iter()) {
             let change: f64 = row.iter().zip(step.iter()).map(|(part, step)| part * step).sum();
             match unknown {
                 Unknown::Error(parameter) => {
-                    let value = parameter.value(&errors) + change;
-                    parameter.set(&mut errors, value);
+                    let value = parameter.value(errors) + change;
+                    parameter.set(errors, value);
                 }
                 Unknown::SetupError(component) => setup_error_mm[*component] += change,
             }
         }
         let within = |values: &[f64], max: f64| values.iter().all(|value| value.abs() <= max);
-        let sound = within(&setup_error_mm, Machine::MAX_ERROR_MM)
+        let sound = within(setup_error_mm.as_slice(), Machine::MAX_ERROR_MM)
             && errors.iter().all(|error| {
                 within(error.translation_mm.as_slice(), Machine::MAX_ERROR_MM)
                     && within(error.rotation_rad.as_slice(), Machine::MAX_ERROR_RAD)
             });
-        if sound { Ok((self.at(errors, setup_error_mm), moved_mm)) } else { Err(Self::OUT_OF_BOUNDS) }
+        if !sound {
+            return Err(Self::OUT_OF_BOUNDS);
+        }
+        self.predict(solution);
+        Ok(moved_mm)
     }
 
     /// The slopes along the determined combinations, projected and weighted.
     fn design(&self, solution: &Solution, weights: &[f64]) -> DMatrix<f64> {
-        let slopes = solution.slopes.columns(0, self.unknowns.len()).into_owned();
-        let mut design = product(&slopes, &self.directions);
-        for mut column in design.column_iter_mut() {
-            self.observations.project(weights, column.as_mut_slice());
-        }
+        let slopes = solution.predicted.slopes.columns(0, self.unknowns.len());
+        let mut design = product(slopes, &self.directions);
+        self.observations.project(weights, design.as_mut_slice());
         design
     }
 

@@ -47,6 +47,7 @@ pub(super) struct Observations {
 }
 
 /// Values and slopes of the model in every row.
+#[derive(Debug, Clone)]
 pub(super) struct Predicted {
     /// \[mm\]
     pub(super) values_mm: DVector<f64>,
@@ -99,6 +100,12 @@ impl Observations {
         Self { blocks, values_mm: DVector::from_vec(values_mm), weights, bar_length_mm: run.bar_length_mm }
     }
 
+    /// Room for a prediction with this number of parameters.
+    pub(super) fn nothing_predicted(&self, parameters: usize) -> Predicted {
+        let rows = self.values_mm.len();
+        Predicted { values_mm: DVector::zeros(rows), slopes: DMatrix::zeros(rows, parameters + 2) }
+    }
+
     /// The model's values in every row, for the machine with these errors under this control.
     pub(super) fn predict(
         &self,
@@ -108,12 +115,26 @@ impl Observations {
         errors: &[LocationError; 2],
         setup_error_mm: [f64; 2],
     ) -> Predicted {
+        let mut predicted = self.nothing_predicted(parameters.len());
+        self.predict_into(&mut predicted, machine, control, parameters, errors, setup_error_mm);
+        predicted
+    }
+
+    /// The same in the memory of an earlier prediction with these parameters.
+    pub(super) fn predict_into(
+        &self,
+        predicted: &mut Predicted,
+        machine: &Machine,
+        control: &Control,
+        parameters: &[ErrorParameter],
+        errors: &[LocationError; 2],
+        setup_error_mm: [f64; 2],
+    ) {
         let lines = MovedLines::new(machine, errors);
         let ball_offset_mm = Vec3::new(setup_error_mm[0], setup_error_mm[1], 0.0);
         let moved = Moved { lines: &lines, control, setup_error_mm: ball_offset_mm };
         let (rows, columns) = (self.values_mm.len(), parameters.len() + 2);
-        let mut values_mm = DVector::zeros(rows);
-        let mut slopes = DMatrix::zeros(rows, columns);
+        let Predicted { values_mm, slopes } = predicted;
         for block in &self.blocks {
             match &block.source {
                 Source::Readings(model) => {
@@ -149,20 +170,21 @@ impl Observations {
                 }
             }
         }
-        Predicted { values_mm, slopes }
     }
 
-    /// Prepares one column for the fit: subtracts each block's own offset and multiplies rows by the roots of
-    /// their weights. Rows of weight zero become zero.
-    pub(super) fn project(&self, weights: &[f64], column: &mut [f64]) {
+    /// Prepares columns of all rows for the fit: subtracts each block's own offset and multiplies rows by the roots
+    /// of their weights. Rows of weight zero become zero.
+    pub(super) fn project(&self, weights: &[f64], columns: &mut [f64]) {
+        let mut columns: Vec<&mut [f64]> = columns.chunks_exact_mut(self.values_mm.len().max(1)).collect();
+        let (fours, others) = columns.as_chunks_mut::<4>();
         for block in &self.blocks {
             let rows = block.first..block.first + block.rows;
-            let (Some(column), Some(weights)) = (column.get_mut(rows.clone()), weights.get(rows)) else {
-                continue;
-            };
-            let offset = if block.offset { weighted_mean(weights, column) } else { 0.0 };
-            for (value, weight) in column.iter_mut().zip(weights) {
-                *value = (*value - offset) * weight;
+            let weights = &weights[rows.clone()];
+            for four in &mut *fours {
+                prepare(weights, four.each_mut().map(|column| &mut column[rows.clone()]), block.offset);
+            }
+            for other in &mut *others {
+                prepare(weights, [&mut other[rows.clone()]], block.offset);
             }
         }
     }
@@ -186,11 +208,33 @@ fn turns(readings: &[Reading]) -> Vec<(f64, f64)> {
     readings.iter().map(|reading| trig::sin_cos(reading.angle_rad)).collect()
 }
 
-fn weighted_mean(root_weights: &[f64], values: &[f64]) -> f64 {
-    let (mut sum, mut whole) = (0.0, 0.0);
-    for (root, value) in root_weights.iter().zip(values) {
-        sum += root * root * value;
-        whole += root * root;
+/// Prepares the rows of one block in some columns, whose sums then do not wait for one another.
+fn prepare<const COLUMNS: usize>(root_weights: &[f64], columns: [&mut [f64]; COLUMNS], offset: bool) {
+    let offsets = if offset {
+        weighted_means(root_weights, columns.each_ref().map(|column| &**column))
+    } else {
+        [0.0; COLUMNS]
+    };
+    for (column, offset) in columns.into_iter().zip(offsets) {
+        for (value, weight) in column.iter_mut().zip(root_weights) {
+            *value = (*value - offset) * weight;
+        }
     }
-    if whole > 0.0 { sum / whole } else { 0.0 }
+}
+
+fn weighted_means<const COLUMNS: usize>(root_weights: &[f64], columns: [&[f64]; COLUMNS]) -> [f64; COLUMNS] {
+    let (mut sums, mut whole) = ([0.0; COLUMNS], 0.0);
+    for (row, root) in root_weights.iter().enumerate() {
+        let weight = root * root;
+        for (sum, column) in sums.iter_mut().zip(&columns) {
+            *sum += weight * column[row];
+        }
+        whole += weight;
+    }
+    sums.map(|sum| if whole > 0.0 { sum / whole } else { 0.0 })
+}
+
+fn weighted_mean(root_weights: &[f64], values: &[f64]) -> f64 {
+    let [mean] = weighted_means(root_weights, [values]);
+    mean
 }

@@ -64,7 +64,7 @@ pub(super) fn keep(fit: &Fit<'_>, start: Solution) -> Result<Outliers, RunFault>
         for row in &judged {
             passing[*row] /= mean;
         }
-        (solution, _) = fit.step(&solution, &passing)?;
+        fit.step(&mut solution, &passing)?;
     }
     let mut left_out = far(fit, &solution, &passing, &judged);
     let mut pass = 0;
