@@ -83,7 +83,8 @@ fn turn_bars(
     readings_mm: &mut [f64],
 ) {
     let at_zero_mm = model.squareness * model.ball_mm + setup_error_mm;
-    for (k, reading_mm) in readings_mm.iter_mut().enumerate().take(RUN) {
+    let angles = readings_mm.len().min(RUN);
+    for k in 0..angles {
         let turn = (bars.sin[k], bars.cos[k]);
         let (ball_mm, slides_mm) = if model.on_table {
             let held_mm = believed.carry_by((-turn.0, turn.1), model.ball_mm);
@@ -102,30 +103,32 @@ fn turn_bars(
             bars.arm_mm[component][k] = arm_mm[component];
             bars.along[component][k] = along[component];
         }
-        *reading_mm = length_mm - model.bar_length_mm;
+        readings_mm[k] = length_mm - model.bar_length_mm;
     }
 }
 
 /// The derivatives of the readings by a parameter that moves the line so.
 #[multiversion(targets("x86_64+avx2"))]
 fn slopes_by_line(bars: &Bars, real: &Screw, line: &ScrewSlope, slopes: &mut [f64]) {
-    for (k, slope) in slopes.iter_mut().enumerate().take(RUN) {
+    let angles = slopes.len().min(RUN);
+    for k in 0..angles {
         let turn = (bars.sin[k], bars.cos[k]);
         let arm_mm = at(&bars.arm_mm, k);
         let shift = line.point_mm - real.turn_by(turn, line.point_mm);
         let tilt = (line.direction * bars.along_arm_mm[k] + real.direction * line.direction.dot(&arm_mm))
             * (1.0 - turn.1)
             + line.direction.cross(&arm_mm) * turn.0;
-        *slope = at(&bars.along, k).dot(&(shift + tilt));
+        slopes[k] = at(&bars.along, k).dot(&(shift + tilt));
     }
 }
 
 /// The derivatives of the readings by a component of the set-up error.
 #[multiversion(targets("x86_64+avx2"))]
 fn slopes_by_set_up(bars: &Bars, real: &Screw, unit: Vec3, slopes: &mut [f64]) {
-    for (k, slope) in slopes.iter_mut().enumerate().take(RUN) {
+    let angles = slopes.len().min(RUN);
+    for k in 0..angles {
         let turned = real.turn_by((bars.sin[k], bars.cos[k]), unit);
-        *slope = at(&bars.along, k).dot(&(turned - unit));
+        slopes[k] = at(&bars.along, k).dot(&(turned - unit));
     }
 }
 
@@ -133,4 +136,67 @@ fn slopes_by_set_up(bars: &Bars, real: &Screw, unit: Vec3, slopes: &mut [f64]) {
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 fn at(vectors: &Vectors, k: usize) -> Vec3 {
     Vec3::new(vectors[0][k], vectors[1][k], vectors[2][k])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibration::{
+        BallBarRun, BallBarTest, BarDirection, Observed, SetupError, placing_parameters,
+    };
+    use crate::machine::{LocationError, Machine, PRESETS};
+
+    fn test(axis: usize, bar: BarDirection) -> BallBarTest {
+        BallBarTest {
+            axis,
+            bar,
+            ball_mm: Vec3::new(150.0, -40.0, 60.0),
+            tool_length_mm: 120.0,
+            reading_uncertainty: 1.0,
+            observed: Observed::Readings(Vec::new()),
+        }
+    }
+
+    #[test]
+    fn many_angles_give_the_bits_of_one_at_a_time() {
+        for preset in PRESETS {
+            let machine = Machine::new(preset.parts()).unwrap();
+            let parameters = placing_parameters(&machine);
+            let error = LocationError {
+                translation_mm: Vec3::new(0.012, -0.021, 0.034),
+                rotation_rad: Vec3::new(41e-6, -63e-6, 29e-6),
+            };
+            let (lines, control) = (MovedLines::new(&machine, &[error; 2]), machine.screws(false));
+            let setup_error_mm = Vec3::new(0.003, -0.008, 0.0);
+            let moved = Moved { lines: &lines, control: &control, setup_error_mm };
+            for (axis, bar) in
+                [(0, BarDirection::Radial), (1, BarDirection::Axial), (1, BarDirection::Tangential)]
+            {
+                let tests = vec![test(axis, bar)];
+                let run = BallBarRun {
+                    bar_length_mm: 100.0,
+                    offset_per_test: true,
+                    instrument_uncertainty_mm: None,
+                    setup_error: SetupError::Unknown,
+                    tests,
+                };
+                let model = TestModel::new(&machine, &run, &run.tests[0]);
+                let turns: Vec<_> = (0..2 * RUN + 7).map(|k| (0.1 * k as f64).sin_cos()).collect();
+                let columns = parameters.len() + 2;
+                let mut readings_mm = vec![0.0; turns.len()];
+                let mut slopes = vec![vec![0.0; turns.len()]; columns];
+                let of_columns = slopes.iter_mut().map(Vec::as_mut_slice);
+                model.readings(&turns, &moved, &parameters, &mut readings_mm, of_columns);
+                for (k, turn) in turns.iter().enumerate() {
+                    let mut expected = vec![0.0; columns];
+                    let reading =
+                        model.reading(*turn, &lines, &control, setup_error_mm, &parameters, &mut expected);
+                    assert_eq!(readings_mm[k].to_bits(), reading.to_bits(), "reading {k}");
+                    for (column, slope) in slopes.iter().zip(&expected) {
+                        assert_eq!(column[k].to_bits(), slope.to_bits(), "slope at {k}");
+                    }
+                }
+            }
+        }
+    }
 }
