@@ -83,8 +83,7 @@ fn turn_bars(
     readings_mm: &mut [f64],
 ) {
     let at_zero_mm = model.squareness * model.ball_mm + setup_error_mm;
-    let angles = readings_mm.len().min(RUN);
-    for k in 0..angles {
+    for (k, reading_mm) in readings_mm.iter_mut().enumerate().take(RUN) {
         let turn = (bars.sin[k], bars.cos[k]);
         let (ball_mm, slides_mm) = if model.on_table {
             let held_mm = believed.carry_by((-turn.0, turn.1), model.ball_mm);
@@ -103,32 +102,30 @@ fn turn_bars(
             bars.arm_mm[component][k] = arm_mm[component];
             bars.along[component][k] = along[component];
         }
-        readings_mm[k] = length_mm - model.bar_length_mm;
+        *reading_mm = length_mm - model.bar_length_mm;
     }
 }
 
 /// The derivatives of the readings by a parameter that moves the line so.
 #[multiversion(targets("x86_64+avx2"))]
 fn slopes_by_line(bars: &Bars, real: &Screw, line: &ScrewSlope, slopes: &mut [f64]) {
-    let angles = slopes.len().min(RUN);
-    for k in 0..angles {
+    for (k, slope) in slopes.iter_mut().enumerate().take(RUN) {
         let turn = (bars.sin[k], bars.cos[k]);
         let arm_mm = at(&bars.arm_mm, k);
         let shift = line.point_mm - real.turn_by(turn, line.point_mm);
         let tilt = (line.direction * bars.along_arm_mm[k] + real.direction * line.direction.dot(&arm_mm))
             * (1.0 - turn.1)
             + line.direction.cross(&arm_mm) * turn.0;
-        slopes[k] = at(&bars.along, k).dot(&(shift + tilt));
+        *slope = at(&bars.along, k).dot(&(shift + tilt));
     }
 }
 
 /// The derivatives of the readings by a component of the set-up error.
 #[multiversion(targets("x86_64+avx2"))]
 fn slopes_by_set_up(bars: &Bars, real: &Screw, unit: Vec3, slopes: &mut [f64]) {
-    let angles = slopes.len().min(RUN);
-    for k in 0..angles {
+    for (k, slope) in slopes.iter_mut().enumerate().take(RUN) {
         let turned = real.turn_by((bars.sin[k], bars.cos[k]), unit);
-        slopes[k] = at(&bars.along, k).dot(&(turned - unit));
+        *slope = at(&bars.along, k).dot(&(turned - unit));
     }
 }
 

@@ -30,6 +30,8 @@ pub struct FootTracker {
     plane_normal: Option<Vec3>,
     /// First sample at the present position of the command.
     arrived: usize,
+    /// First sample to which the search may go back.
+    window: usize,
     /// How far behind the command the foot is searched \[segments on which the command moved\].
     longest_lag: usize,
     /// Whether a foot has been farther behind than the search.
@@ -82,7 +84,16 @@ impl FootTracker {
     /// most `longest_lag` samples with motion behind the command.
     #[must_use]
     pub fn new(plane_normal: Option<Vec3>, longest_lag: usize) -> Self {
-        Self { path: Vec::new(), base: 0, foot: 0, arrived: 0, plane_normal, longest_lag, is_lost: false }
+        Self {
+            path: Vec::new(),
+            base: 0,
+            foot: 0,
+            arrived: 0,
+            window: 0,
+            plane_normal,
+            longest_lag,
+            is_lost: false,
+        }
     }
 
     /// Whether the tool has ever been farther behind its command than the search. Its errors are then wrong.
@@ -108,10 +119,10 @@ impl FootTracker {
         let Sample { arc, moves, .. } = *self.at(now);
         let oldest = moves.saturating_sub(self.longest_lag);
         self.is_lost |= self.at(self.foot).moves < oldest;
-        let window = self.base + self.path.partition_point(|sample| sample.moves < oldest);
+        self.window = self.first_after(self.window, |sample| sample.moves < oldest);
         // If the command has been at rest since then, only one position has to be searched.
-        self.arrived = self.base + self.path.partition_point(|sample| sample.arc < arc);
-        let first = self.foot.min(self.arrived).saturating_sub(BACK).max(window);
+        self.arrived = self.first_after(self.arrived, |sample| sample.arc < arc);
+        let first = self.foot.min(self.arrived).saturating_sub(BACK).max(self.window);
         let mut best = self.foot_on(first.min(now), &actual);
         let mut segment = first;
         while segment < self.arrived.min(now) {
@@ -145,7 +156,24 @@ impl FootTracker {
     fn first_beyond(&self, arc: f64, from: usize, now: usize) -> usize {
         let ends = |segment: usize| (segment + 1).saturating_sub(self.base).min(self.path.len());
         let within = self.path.get(ends(from)..ends(now)).unwrap_or_default();
+        // Mostly it is the next one.
+        if within.first().is_some_and(|end| end.arc >= arc) {
+            return from;
+        }
         from + within.partition_point(|end| end.arc < arc)
+    }
+
+    /// The index in the run of the first sample that is not `before`, if all samples `before` come first. It is
+    /// searched from `near` on: it moves by a sample or so with each of the command.
+    fn first_after(&self, near: usize, before: impl Fn(&Sample) -> bool) -> usize {
+        let mut index = near.saturating_sub(self.base).min(self.path.len());
+        while index > 0 && !before(&self.path[index - 1]) {
+            index -= 1;
+        }
+        while index < self.path.len() && before(&self.path[index]) {
+            index += 1;
+        }
+        self.base + index
     }
 
     /// Removes the samples that no later search needs.
@@ -158,7 +186,7 @@ impl FootTracker {
 
     /// The nearest point of a segment; beyond the end of the path its last point.
     fn foot_on(&self, segment: usize, actual: &Sample) -> Foot {
-        let [from, to] = self.segment(segment);
+        let (from, to) = (self.at(segment), self.at(segment + 1));
         let weight = AXIS_WEIGHT_MM * AXIS_WEIGHT_MM;
         let (tip, axis) = (to.tip_mm - from.tip_mm, to.axis - from.axis);
         let length2 = tip.norm_squared() + weight * axis.norm_squared();
@@ -173,10 +201,6 @@ impl FootTracker {
         Foot { segment, fraction, separation: actual.separation(&at) }
     }
 
-    fn segment(&self, segment: usize) -> [Sample; 2] {
-        [*self.at(segment), *self.at(segment + 1)]
-    }
-
     /// A sample of the run. Beyond the known samples, the nearest known one.
     fn at(&self, index: usize) -> &Sample {
         let last = self.path.len().saturating_sub(1);
@@ -184,7 +208,7 @@ impl FootTracker {
     }
 
     fn error_at(&self, foot: &Foot, actual: &Sample) -> ContourError {
-        let [from, to] = self.segment(foot.segment);
+        let (from, to) = (self.at(foot.segment), self.at(foot.segment + 1));
         let travel = to.tip_mm - from.tip_mm;
         let away = actual.tip_mm - (from.tip_mm + travel * foot.fraction);
         let axis_rad = angle_between(actual.axis, from.axis + (to.axis - from.axis) * foot.fraction);

@@ -254,6 +254,7 @@ struct SecondHarmonic {
     count: u64,
     first: Option<[f64; 2]>,
     last: [f64; 2],
+    last_sin_cos: (f64, f64),
 }
 
 impl SecondHarmonic {
@@ -264,11 +265,12 @@ impl SecondHarmonic {
         } else {
             // Half a step on either side of each sample.
             let half = 0.5 * (phi_rad - self.last[0]);
-            let (last_sin, last_cos) = trig::sin_cos(2.0 * self.last[0]);
+            let (last_sin, last_cos) = self.last_sin_cos;
             self.cos += half * (error_mm * cos + self.last[1] * last_cos);
             self.sin += half * (error_mm * sin + self.last[1] * last_sin);
         }
         self.last = [phi_rad, error_mm];
+        self.last_sin_cos = (sin, cos);
         self.count += 1;
     }
 
