@@ -40,18 +40,18 @@ impl Address {
         Z = b'Z'
     );
     /// Contact normal, x component (CSV column `nx`).
-    pub const NX: Self = Self(b'x');
+    pub const NX: Self = Self(b'Z' + 1);
     /// Contact normal, y component (CSV column `ny`).
-    pub const NY: Self = Self(b'y');
+    pub const NY: Self = Self(b'Z' + 2);
     /// Contact normal, z component (CSV column `nz`).
-    pub const NZ: Self = Self(b'z');
+    pub const NZ: Self = Self(b'Z' + 3);
 
     /// Tool axis, first component (Siemens `A3=`, APT i, G43.5 I).
-    pub const TI: Self = Self(b'{');
+    pub const TI: Self = Self(b'Z' + 4);
     /// Tool axis, second component.
-    pub const TJ: Self = Self(b'|');
+    pub const TJ: Self = Self(b'Z' + 5);
     /// Tool axis, third component.
-    pub const TK: Self = Self(b'}');
+    pub const TK: Self = Self(b'Z' + 6);
 
     /// The address written as this letter, upper or lower case; `None` for any other byte.
     #[must_use]
@@ -73,7 +73,7 @@ impl Address {
     /// A small unique number for every address, below 32: letters 0–25, `nx ny nz` 26–28, tool axis 29–31.
     #[must_use]
     pub const fn index(self) -> usize {
-        if self.0 >= b'x' { (self.0 - b'x') as usize + 26 } else { (self.0 - b'A') as usize }
+        (self.0 - b'A') as usize
     }
 
     /// A number with only the bit of [`Self::index`] set, for sets of addresses.
@@ -89,7 +89,7 @@ impl Address {
     /// Whether words of this address state a place to go to: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
     #[must_use]
     pub const fn is_coordinate(self) -> bool {
-        matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'Z' | b'x'..=b'}')
+        matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'`')
     }
 
     /// The address as a column heading or in a message.

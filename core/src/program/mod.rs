@@ -16,6 +16,7 @@ mod keyword;
 mod line;
 mod number;
 mod reader;
+mod short_decimal;
 mod stamp;
 mod writer;
 

@@ -1,6 +1,7 @@
 //! Blocks of word dialects: a block printed again with other values, and new blocks in its style.
 
-use super::style::Style;
+use super::numbers::{print_inserted_numbers, print_numbers};
+use super::style::{Style, print_number};
 use super::{NewWord, acts_at_end, written_letter};
 use crate::program::{Address, Batch, Block, Word, WordForm};
 
@@ -41,10 +42,24 @@ pub(super) fn insert_block(
     with_end_codes: bool,
     out: &mut Vec<u8>,
 ) {
-    let style = Style::new(batch, source);
     let text = batch.text.get(source.start as usize..source.body_end as usize).unwrap_or_default();
     let indent = text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();
     out.extend_from_slice(text.get(..indent).unwrap_or_default());
+    let has_end_codes = with_end_codes && batch.words(source).iter().any(|word| acts_at_end(batch, word));
+    if has_end_codes || !print_inserted_numbers(batch, source, words, out) {
+        insert_any(batch, source, words, has_end_codes, out);
+    }
+}
+
+/// The same for every block, without the blanks at its start.
+pub(super) fn insert_any(
+    batch: &Batch,
+    source: &Block,
+    words: &[NewWord],
+    with_end_codes: bool,
+    out: &mut Vec<u8>,
+) {
+    let style = Style::new(batch, source);
     let mut first = true;
     for word in words {
         if word.address == Address::N {
@@ -65,6 +80,21 @@ pub(super) fn insert_block(
 
 /// The block up to its line ending.
 pub(super) fn print_body(
+    batch: &Batch,
+    block: &Block,
+    new: &[NewWord],
+    dropped: &[Address],
+    without_end_codes: bool,
+    out: &mut Vec<u8>,
+) {
+    let is_done = dropped.is_empty() && !without_end_codes && print_numbers(batch, block, new, out);
+    if !is_done {
+        print_any(batch, block, new, dropped, without_end_codes, out);
+    }
+}
+
+/// The same for every block.
+pub(super) fn print_any(
     batch: &Batch,
     block: &Block,
     new: &[NewWord],
@@ -121,7 +151,7 @@ pub(super) fn print_body(
             // The letter stays as written.
             out.extend_from_slice(text(copied, word.start));
             out.extend_from_slice(text(word.start + prefix(batch, word), word.start + u32::from(word.lead)));
-            style.print_number(index, new, out);
+            print_number(batch, word, new, out);
             copied = word.end;
         }
         for (place, is_feed) in [(anchor, false), (feed_anchor, true)] {

@@ -1,10 +1,11 @@
 //! Blocks printed again with other values, and new blocks in the style of an old one.
 
 mod body;
+mod numbers;
 mod style;
 
 use self::body::{insert_block, print_body};
-pub(super) use self::style::Style;
+pub(super) use self::style::{Style, print_number};
 use super::batch::LineEnding;
 use super::{Address, Batch, Block, Code, MAX_MAGNITUDE, Word, WriteFault};
 
@@ -221,7 +222,10 @@ pub(super) fn line_ending<'a>(batch: &'a Batch, block: &Block) -> &'a [u8] {
 }
 
 fn print_line_ending(batch: &Batch, block: &Block, out: &mut Vec<u8>) {
-    out.extend_from_slice(line_ending(batch, block));
+    match line_ending(batch, block) {
+        [byte] => out.push(*byte),
+        ending => out.extend_from_slice(ending),
+    }
 }
 
 /// Ends the line before, if it was the upload's last line and had no ending.

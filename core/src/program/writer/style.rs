@@ -4,6 +4,15 @@ use super::NewWord;
 use crate::program::decimal::{BUFFER, Look, print_into};
 use crate::program::{Address, Batch, Block, Word, WordForm};
 
+/// The style of the number of a word.
+#[derive(Debug, Clone, Copy)]
+struct NumberStyle {
+    /// Bytes from after the letter to the end of the number, and whether there are blanks among them.
+    field: usize,
+    has_gap: bool,
+    look: Look,
+}
+
 /// The style of one word.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Setting<'a> {
@@ -11,11 +20,8 @@ pub(super) struct Setting<'a> {
     separator: &'a [u8],
     /// The text between the letter and the number: `=`, or nothing.
     mark: &'a [u8],
-    /// Bytes from after the letter to the end of the number, and whether there are blanks among them.
-    field: usize,
-    has_gap: bool,
     lower: bool,
-    look: Look,
+    number: NumberStyle,
 }
 
 const BLANKS: [u8; 64] = [b' '; 64];
@@ -35,18 +41,21 @@ impl<'a> Style<'a> {
         let is_plain = |word: &&Word| word.form == WordForm::Number;
         let look =
             Look { drops_zero: batch.habits.drops_zero, ends_in_point: batch.habits.points, plus: false };
-        let fallback = Setting { separator: b" ", mark: b"", field: 0, has_gap: false, lower: false, look };
+        let number = NumberStyle { field: 0, has_gap: false, look };
+        let fallback = Setting { separator: b" ", mark: b"", lower: false, number };
         let mut style = Self { batch, words, usual: fallback };
         let last = words.iter().rposition(|word| is_plain(&word) && word.address.is_coordinate());
         let model = last.or_else(|| words.iter().rposition(|word| is_plain(&word)));
-        if let Some(index) = model {
-            style.usual = style.setting_at(index);
-            style.usual.look = Look { plus: style.usual.look.plus, ..look };
-            if index == 0 && words.len() > 1 {
-                style.usual.separator = style.separator_before(1);
-            } else if index == 0 {
-                style.usual.separator = b" ";
-            }
+        if let Some((index, word)) = model.and_then(|index| Some((index, words.get(index)?))) {
+            let separator = if index > 0 {
+                style.separator_before(index)
+            } else if words.len() > 1 {
+                style.separator_before(1)
+            } else {
+                b" "
+            };
+            style.usual = style.setting_of(word, separator);
+            style.usual.number.look = Look { plus: style.usual.number.look.plus, ..look };
         }
         style
     }
@@ -62,98 +71,69 @@ impl<'a> Style<'a> {
         if between.iter().all(|byte| matches!(byte, b' ' | b'\t')) { between } else { b" " }
     }
 
-    fn setting_at(&self, index: usize) -> Setting<'a> {
-        let Some(word) = self.words.get(index) else { return self.usual };
-        let text = self.batch.word_text(word);
-        let number = text.get(usize::from(word.lead)..).unwrap_or_default();
-        // The width of an expression is not that of a column.
-        let is_plain = word.form == WordForm::Number;
-        let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied().unwrap_or_default();
+    fn setting_of(&self, word: &Word, separator: &'a [u8]) -> Setting<'a> {
+        let first = self.batch.text.get(word.start as usize).filter(|_| word.start < word.end);
         Setting {
-            separator: self.separator_before(index),
+            separator,
             mark: self.mark(word),
-            field: if is_plain { number.len() } else { 0 },
-            has_gap: matches!(number.first(), Some(b' ' | b'\t')),
-            lower: text.first().is_some_and(u8::is_ascii_lowercase),
-            look: Look {
-                drops_zero: self.batch.habits.drops_zero,
-                ends_in_point: word.has_point,
-                plus: (is_plain && sign == b'+') || self.always_signs(word.address),
-            },
+            lower: first.is_some_and(u8::is_ascii_lowercase),
+            number: number_style(self.batch, word),
         }
     }
 
     /// The `=` after the letter of a word of one letter, with its blanks.
     fn mark(&self, word: &Word) -> &'a [u8] {
+        if !self.batch.dialect.rules().writing.has_equals {
+            return b"";
+        }
         let text = self.batch.word_text(word);
         let mark = text.get(1..usize::from(word.lead)).unwrap_or_default();
-        let is_mark =
-            self.batch.dialect.rules().writing.has_equals && mark.iter().all(|byte| b" \t=".contains(byte));
-        if is_mark { mark } else { b"" }
-    }
-
-    /// Whether the program writes coordinates with their sign, also a plus.
-    fn always_signs(&self, address: Address) -> bool {
-        self.batch.dialect.rules().writing.keeps_plus
-            && self.batch.habits.plus_signs
-            && address.is_coordinate()
+        if mark.iter().all(|byte| b" \t=".contains(byte)) { mark } else { b"" }
     }
 
     /// The style for a word of this address.
     fn setting(&self, address: Address) -> Setting<'a> {
         let same = |word: &Word| word.address == address && word.form == WordForm::Number;
-        let found = self.words.iter().position(same).map(|index| Setting {
-            separator: if index == 0 { self.usual.separator } else { self.separator_before(index) },
-            ..self.setting_at(index)
-        });
+        let found = self.words.iter().position(same);
+        if let Some((index, word)) = found.and_then(|index| Some((index, self.words.get(index)?))) {
+            let separator = if index == 0 { self.usual.separator } else { self.separator_before(index) };
+            return self.setting_of(word, separator);
+        }
+        let mut usual = self.usual;
         // F does not take the plus sign that coordinates have.
-        let plus = self.usual.look.plus && address.is_coordinate();
-        found.unwrap_or(Setting { look: Look { plus, ..self.usual.look }, ..self.usual })
+        usual.number.look.plus &= address.is_coordinate();
+        usual
     }
 
     /// Appends a word of this name with the blanks before it.
     pub(in crate::program) fn print_named(&self, new: &NewWord, name: &[u8], out: &mut Vec<u8>) {
         let mut setting = self.setting(new.address);
-        setting.look.plus =
-            (setting.look.plus && new.address.is_coordinate()) || self.always_signs(new.address);
-        out.extend_from_slice(setting.separator);
+        let look = &mut setting.number.look;
+        look.plus = (look.plus && new.address.is_coordinate()) || always_signs(self.batch, new.address);
+        push_few(setting.separator, out);
         if setting.lower {
             out.extend(name.iter().map(u8::to_ascii_lowercase));
         } else {
             out.extend_from_slice(name);
         }
-        self.print_value(&setting, new, out);
+        print_value(self.batch, setting.number, new, out);
     }
 
     /// Appends a number in the usual style of the block.
     pub(in crate::program) fn print_usual(&self, new: &NewWord, out: &mut Vec<u8>) {
-        let setting = Setting { has_gap: false, ..self.usual };
-        self.print_value(&setting, new, out);
-    }
-
-    /// The number, with a decimal comma if the program has decimal commas.
-    fn print_value(&self, setting: &Setting<'_>, new: &NewWord, out: &mut Vec<u8>) {
-        let from = out.len();
-        print_field(setting, new, out);
-        if self.batch.habits.decimal_comma {
-            out.iter_mut().skip(from).filter(|byte| **byte == b'.').for_each(|byte| *byte = b',');
-        }
-    }
-
-    /// Appends a number in place of the number of one of the block's own words.
-    pub(in crate::program) fn print_number(&self, index: usize, new: &NewWord, out: &mut Vec<u8>) {
-        self.print_value(&self.setting_at(index), new, out);
+        let number = NumberStyle { has_gap: false, ..self.usual.number };
+        print_value(self.batch, number, new, out);
     }
 
     /// Appends a whole word, with the blanks before it unless it is the first of its block.
     pub(in crate::program) fn print_word(&self, new: &NewWord, letter: u8, first: bool, out: &mut Vec<u8>) {
         let setting = self.setting(new.address);
         if !first {
-            out.extend_from_slice(setting.separator);
+            push_few(setting.separator, out);
         }
         out.push(if setting.lower { letter.to_ascii_lowercase() } else { letter });
-        out.extend_from_slice(setting.mark);
-        self.print_value(&setting, new, out);
+        push_few(setting.mark, out);
+        print_value(self.batch, setting.number, new, out);
     }
 
     /// Appends a block number in the style of the source block: the same letter, and at least as many digits.
@@ -178,14 +158,77 @@ impl<'a> Style<'a> {
     }
 }
 
+/// Whether the program writes coordinates with their sign, also a plus.
+fn always_signs(batch: &Batch, address: Address) -> bool {
+    batch.habits.plus_signs && address.is_coordinate() && batch.dialect.rules().writing.keeps_plus
+}
+
+/// The style of a plain number, `None` if blanks are before it or the program has decimal commas.
+#[inline]
+pub(super) fn plain_look(batch: &Batch, word: &Word) -> Option<Look> {
+    let first = batch.text.get(word.start as usize + usize::from(word.lead)).copied()?;
+    let is_plain = word.form == WordForm::Number && !matches!(first, b' ' | b'\t');
+    (is_plain && !batch.habits.decimal_comma).then(|| look(batch, word, first))
+}
+
+#[inline]
+fn look(batch: &Batch, word: &Word, sign: u8) -> Look {
+    Look {
+        drops_zero: batch.habits.drops_zero,
+        ends_in_point: word.has_point,
+        // The sign of an expression is not that of its value.
+        plus: (sign == b'+' && word.form == WordForm::Number) || always_signs(batch, word.address),
+    }
+}
+
+fn number_style(batch: &Batch, word: &Word) -> NumberStyle {
+    let start = word.start as usize + usize::from(word.lead);
+    let number = batch.text.get(start..word.end as usize).unwrap_or_default();
+    let first = number.first().copied().unwrap_or_default();
+    let has_gap = matches!(first, b' ' | b'\t');
+    let sign = number.iter().find(|byte| !matches!(byte, b' ' | b'\t')).copied();
+    NumberStyle {
+        // The width of an expression is not that of a column.
+        field: if word.form == WordForm::Number { number.len() } else { 0 },
+        has_gap,
+        look: look(batch, word, sign.unwrap_or_default()),
+    }
+}
+
+/// Appends a number in place of the number of one of the block's own words.
+#[inline]
+pub(in crate::program) fn print_number(batch: &Batch, word: &Word, new: &NewWord, out: &mut Vec<u8>) {
+    print_value(batch, number_style(batch, word), new, out);
+}
+
+/// The number, with a decimal comma if the program has decimal commas.
+#[inline]
+fn print_value(batch: &Batch, style: NumberStyle, new: &NewWord, out: &mut Vec<u8>) {
+    let from = out.len();
+    print_field(style, new, out);
+    if batch.habits.decimal_comma {
+        out.iter_mut().skip(from).filter(|byte| **byte == b'.').for_each(|byte| *byte = b',');
+    }
+}
+
 /// The number, right-aligned in its column if the program has columns.
 #[inline]
-fn print_field(setting: &Setting<'_>, new: &NewWord, out: &mut Vec<u8>) {
+fn print_field(style: NumberStyle, new: &NewWord, out: &mut Vec<u8>) {
     let mut buffer = [0; BUFFER];
-    let start = print_into(new.value, new.decimals, setting.look, &mut buffer);
-    if setting.has_gap {
-        let gap = setting.field.saturating_sub(BUFFER - start).clamp(1, BLANKS.len());
+    let start = print_into(new.value, new.decimals, style.look, &mut buffer);
+    if style.has_gap {
+        let gap = style.field.saturating_sub(BUFFER - start).clamp(1, BLANKS.len());
         out.extend_from_slice(&BLANKS[..gap]);
     }
     out.extend_from_slice(&buffer[start..]);
+}
+
+/// Appends a text that nearly always has one byte or none.
+#[inline]
+fn push_few(text: &[u8], out: &mut Vec<u8>) {
+    match text {
+        [] => {}
+        [byte] => out.push(*byte),
+        more => out.extend_from_slice(more),
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::point::POINT;
 use crate::program::batch::FeedStatement;
-use crate::program::writer::{Style, line_ending};
+use crate::program::writer::{Style, line_ending, print_number};
 use crate::program::{Address, Batch, Block, Keyword, NewWord, WordForm};
 
 /// The number of values in a row that needs these addresses: three, six or nine.
@@ -36,12 +36,11 @@ pub(super) fn print_point(
         print_row(batch, block, new, dropped, out);
         return;
     }
-    let style = Style::new(batch, block);
     let mut copied = block.start;
-    for (index, word) in words.iter().enumerate() {
+    for word in words {
         if let Some(new) = new.iter().find(|new| new.address == word.address) {
             out.extend_from_slice(text(batch, copied, word.start));
-            style.print_number(index, new, out);
+            print_number(batch, word, new, out);
             copied = word.end;
         }
     }
@@ -90,7 +89,7 @@ fn print_row(batch: &Batch, source: &Block, new: &[NewWord], dropped: &[Address]
         out.extend_from_slice(b"GOTO/");
     }
     let find = |address: Address| new.iter().find(|word| word.address == address);
-    let old = |address: Address| words.iter().position(|word| word.address == address);
+    let old = |address: Address| words.iter().find(|word| word.address == address);
     let length = row_length(|address| {
         find(address).is_some() || (old(address).is_some() && !dropped.contains(&address))
     });
@@ -99,11 +98,9 @@ fn print_row(batch: &Batch, source: &Block, new: &[NewWord], dropped: &[Address]
             out.extend_from_slice(between);
         }
         match (find(address), old(address)) {
-            (Some(new), Some(index)) => style.print_number(index, new, out),
+            (Some(new), Some(word)) => print_number(batch, word, new, out),
             (Some(new), None) => style.print_usual(new, out),
-            (None, Some(index)) => {
-                out.extend_from_slice(words.get(index).map_or(&b""[..], |word| batch.word_text(word)));
-            }
+            (None, Some(word)) => out.extend_from_slice(batch.word_text(word)),
             (None, None) => out.push(b'0'),
         }
     }
