@@ -90,13 +90,39 @@ pub(super) fn read_unsigned(text: &[u8], at: usize) -> Option<Unsigned> {
     read_short(text, at).or_else(|| read_long(text, at))
 }
 
+/// The bytes in which a short number is searched: a sign, eight bytes and one more, in a round number.
+const WINDOW: usize = 16;
+
 /// The same for up to seven digits that are some bytes before the end of the text; `None` also if either does not
 /// hold.
 #[expect(clippy::inline_always, reason = "the innermost loop of every reader")]
 #[inline(always)]
-pub(super) fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
-    let word = eight_bytes(text, at)?;
-    let whole = not_digits(word).trailing_zeros() / 8;
+fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
+    let window: &[u8; WINDOW] = text.get(at..)?.first_chunk()?;
+    short_number(eight_bytes(window, 0)?, window[8], at)
+}
+
+/// A number with its sign directly before it, of up to seven digits and some bytes before the end of the text; `None`
+/// if it is not. Also the sign, if there is one.
+///
+/// Both places where the digits may begin are loaded, because the choice between two words takes less time than a
+/// load from a place that depends on the sign.
+#[expect(clippy::inline_always, reason = "the innermost loop of every reader")]
+#[inline(always)]
+pub(super) fn read_short_signed(text: &[u8], at: usize) -> Option<(Unsigned, u8)> {
+    let window: &[u8; WINDOW] = text.get(at..)?.first_chunk()?;
+    let (unsigned, signed) = (eight_bytes(window, 0)?, eight_bytes(window, 1)?);
+    let is_signed = matches!(window[0], b'+' | b'-');
+    let (word, next) = if is_signed { (signed, window[9]) } else { (unsigned, window[8]) };
+    Some((short_number(word, next, at + usize::from(is_signed))?, window[0]))
+}
+
+/// The number of up to seven digits whose first eight bytes are a word, and the byte after them.
+#[expect(clippy::inline_always, reason = "the innermost loop of every reader")]
+#[inline(always)]
+fn short_number(word: u64, next: u8, at: usize) -> Option<Unsigned> {
+    let stops = not_digits(word);
+    let whole = stops.trailing_zeros() / 8;
     if whole == 8 {
         return None;
     }
@@ -108,13 +134,14 @@ pub(super) fn read_short(text: &[u8], at: usize) -> Option<Unsigned> {
         let end = at + whole as usize;
         return Some(Unsigned { value, decimals: 0, has_point: false, has_whole: true, end });
     }
+    // The digits end before the second byte that is none, and it does not take their value to find it.
+    let count = (stops & (stops - 1)).trailing_zeros() / 8 - 1;
+    if count == 0 || (count == 7 && next.is_ascii_digit()) {
+        return None;
+    }
     // Closes the gap of the point, so that seven digits are left.
     let below = (1_u64 << (8 * whole)) - 1;
     let digits = (word & below) | ((word >> 8) & !below);
-    let count = not_digits(digits).trailing_zeros() / 8;
-    if count == 0 || (count == 7 && text.get(at + 8).is_some_and(u8::is_ascii_digit)) {
-        return None;
-    }
     let decimals = count - whole;
     let value = below_ten_million(digits, count) / POWERS_OF_TEN[(decimals & 7) as usize];
     #[expect(clippy::cast_possible_truncation, reason = "at most 7")]
@@ -132,6 +159,9 @@ fn below_ten_million(word: u64, count: u32) -> f64 {
 
 /// The factor for the digits before, by the number of digits after them.
 const SCALE: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
+
+/// So many digits fit into a `u64`.
+const MOST_DIGITS: u32 = 19;
 
 /// A run of digits: the mantissa continued (saturating), and one after the last digit.
 #[inline]
@@ -157,6 +187,72 @@ fn read_digits(text: &[u8], mut at: usize, mut mantissa: u64) -> (u64, usize) {
 /// The same for numbers of any length, and near the end of the text.
 #[inline(never)]
 fn read_long(text: &[u8], at: usize) -> Option<Unsigned> {
+    if let Some(number) = read_medium(text, at) {
+        return Some(number);
+    }
+    read_any(text, at)
+}
+
+/// A number of any length with its sign directly before it. Also the sign, if there is one.
+#[inline(never)]
+pub(super) fn read_long_signed(text: &[u8], at: usize) -> Option<(Unsigned, u8)> {
+    let first = *text.get(at)?;
+    let digits = at + usize::from(matches!(first, b'+' | b'-'));
+    if let Some(number) = read_medium(text, digits) {
+        return Some((number, first));
+    }
+    read_any(text, digits).map(|number| (number, first))
+}
+
+/// The same for up to seven digits before a point and up to fifteen after it, some bytes before the end of the text.
+#[expect(clippy::inline_always, reason = "a copy of its result takes as long as the number")]
+#[inline(always)]
+fn read_medium(text: &[u8], at: usize) -> Option<Unsigned> {
+    let word = eight_bytes(text, at)?;
+    let whole = not_digits(word).trailing_zeros() / 8;
+    if whole == 8 || (word >> (8 * whole)) & 0xff != u64::from(b'.') {
+        return None;
+    }
+    let fraction = at + whole as usize + 1;
+    let digits = eight_bytes(text, fraction)?;
+    let mut decimals = not_digits(digits).trailing_zeros() / 8;
+    if decimals == 0 {
+        return None;
+    }
+    let mut mantissa = if whole > 0 { digits_value(word, whole) } else { 0 };
+    mantissa = mantissa * SCALE[decimals as usize] + digits_value(digits, decimals);
+    if decimals == 8 {
+        let digits = eight_bytes(text, fraction + 8)?;
+        let more = not_digits(digits).trailing_zeros() / 8;
+        if more == 8 || whole + 8 + more > MOST_DIGITS {
+            return None;
+        }
+        if more > 0 {
+            mantissa = mantissa * SCALE[more as usize] + digits_value(digits, more);
+            decimals += more;
+        }
+    }
+    let end = fraction + decimals as usize;
+    let value = value_of(text.get(at..end)?, mantissa, decimals as usize);
+    #[expect(clippy::cast_possible_truncation, reason = "at most 15")]
+    let decimals = decimals as u8;
+    Some(Unsigned { value, decimals, has_point: true, has_whole: whole > 0, end })
+}
+
+/// The value of the digits of a number's text, of which so many are decimals.
+#[inline]
+fn value_of(text: &[u8], mantissa: u64, decimals: usize) -> f64 {
+    match POWERS_OF_TEN.get(decimals) {
+        #[expect(clippy::cast_precision_loss, reason = "below 2⁵³")]
+        Some(power) if mantissa < MAX_EXACT => mantissa as f64 / power,
+        // `f64::from_str` reads digits and one point, correctly rounded.
+        _ => std::str::from_utf8(text).ok().and_then(|text| text.parse().ok()).unwrap_or(f64::INFINITY),
+    }
+}
+
+#[expect(clippy::inline_always, reason = "a copy of its result takes as long as the number")]
+#[inline(always)]
+fn read_any(text: &[u8], at: usize) -> Option<Unsigned> {
     let (mut mantissa, mut end) = read_digits(text, at, 0);
     let mut digits = end - at;
     let has_whole = digits > 0;
@@ -171,12 +267,7 @@ fn read_long(text: &[u8], at: usize) -> Option<Unsigned> {
     if digits == 0 {
         return None;
     }
-    let value = match POWERS_OF_TEN.get(decimals) {
-        #[expect(clippy::cast_precision_loss, reason = "below 2⁵³")]
-        Some(power) if mantissa < MAX_EXACT => mantissa as f64 / power,
-        // `f64::from_str` reads digits and one point, correctly rounded.
-        _ => std::str::from_utf8(text.get(at..end)?).ok()?.parse().unwrap_or(f64::INFINITY),
-    };
+    let value = value_of(text.get(at..end)?, mantissa, decimals);
     let decimals = u8::try_from(decimals).unwrap_or(u8::MAX);
     Some(Unsigned { value, decimals, has_point, has_whole, end })
 }

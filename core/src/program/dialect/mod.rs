@@ -10,6 +10,7 @@ pub(super) mod iso;
 mod line;
 mod number;
 mod okuma;
+mod plain;
 mod rules;
 pub(super) mod siemens;
 

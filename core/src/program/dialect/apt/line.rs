@@ -1,5 +1,6 @@
 //! The beginning and the end of a statement of cutter location text, and its words.
 
+use super::point::read_plain_point;
 use super::statement::{self, TEXT};
 use crate::program::dialect::LineRead;
 use crate::program::dialect::line::{Line, REPEATABLE, Source, extent};
@@ -9,6 +10,14 @@ use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Reads a statement and adds it to the batch; `None` if lines of the statement have not arrived yet.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+    match read_plain_point(source, batch) {
+        Some(next) => Some(LineRead::one(next)),
+        None => read_any(source, batch),
+    }
+}
+
+/// The same for every statement.
+pub(super) fn read_any(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
     let Source { text, start, is_last, .. } = source;
     let whole = extent(text, start, is_last, |line, _| Some(runs_on(line)))?;
     let matrix = matrix_end(text, start, is_last)?;
@@ -169,4 +178,17 @@ pub(super) fn apart(scan: &mut Line<'_>, keyword: Keyword, start: usize, text: &
     scan.number_word(Address::P, WordForm::Number, end, 0, Number::standing_for(value, end));
     scan.skip_all();
     BlockKind::Words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::dialect::plain::tests::compare;
+
+    #[test]
+    fn plain_lines_are_read_as_in_the_general_way() {
+        let plain = ["GOTO/1.5,-2.25,3", "GOTO/ 1, 2, 3, 0.1234567, .5, 1"];
+        let pieces = "GOTO/|goto/|GOTO /|,|, | |GODLTA/|$$|$|E1|D2|FEDRAT/|RAPID|MMPM";
+        compare(&plain, pieces, read_plain_point, read_any);
+    }
 }

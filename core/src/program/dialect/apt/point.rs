@@ -1,9 +1,10 @@
 //! Statements with numbers: points, tool axes, feeds.
 
 use super::line::{Upper, said, skip_blanks, word_end};
-use crate::program::dialect::line::Line;
+use crate::program::dialect::line::{Line, Source};
 use crate::program::dialect::number::{Number, Spelling, number};
-use crate::program::{Address, BlockKind, DiagnosticCode, Keyword, WordForm};
+use crate::program::dialect::plain::{PlainLine, Shows};
+use crate::program::{Address, Batch, BlockKind, DiagnosticCode, Keyword, WordForm};
 
 /// The values of a `GOTO/` in their order.
 pub(in crate::program) const POINT: [Address; 9] = [
@@ -21,6 +22,37 @@ pub(in crate::program) const POINT: [Address; 9] = [
 /// The largest difference between the length of a contact normal and 1: six decimals of a rounded vector, or single
 /// precision.
 const NORMAL_LENGTH: f64 = 0.01;
+
+/// The head of a plain point.
+const HEAD: &[u8; 5] = b"GOTO/";
+
+/// Reads a line `GOTO/x,y,z[,i,j,k]` of plain numbers. For any other line it returns `None` and leaves nothing in the
+/// batch.
+pub(super) fn read_plain_point(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+    let mut line = PlainLine::begin(source, batch);
+    let is_plain = plain_numbers(&mut line).is_some();
+    line.end(is_plain, Shows::PointsZerosAndSigns)
+}
+
+#[expect(clippy::inline_always, reason = "the line stays in registers")]
+#[inline(always)]
+fn plain_numbers(line: &mut PlainLine<'_>) -> Option<()> {
+    if !line.text.get(line.at..)?.first_chunk::<5>()?.eq_ignore_ascii_case(HEAD) {
+        return None;
+    }
+    line.at += HEAD.len();
+    line.keyword(Keyword::Goto, HEAD.len());
+    for (index, address) in POINT.into_iter().enumerate().take(6) {
+        line.skip_blanks();
+        line.word(address, 0)?;
+        match line.byte()? {
+            b'\n' | b'\r' if index % 3 == 2 => return Some(()),
+            b',' => line.at += 1,
+            _ => return None,
+        }
+    }
+    None
+}
 
 /// Moves to the byte after the slash of the statement; false if there is no slash.
 fn slash(scan: &mut Line<'_>) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::program::dialect::LineRead;
 use crate::program::dialect::line::Source;
+use crate::program::dialect::plain::{PlainLine, Shows};
 use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::number::{MAX_MAGNITUDE, read_unsigned};
 use crate::program::{
@@ -90,6 +91,40 @@ pub(in crate::program) fn read_header(header: &[u8], line: u64) -> Result<(Vec<A
 
 /// Reads one row. An empty cell is not a word: the value before stays.
 pub(in crate::program) fn read_row(source: Source<'_>, batch: &mut Batch) -> LineRead {
+    match read_plain_row(source, batch) {
+        Some(next) => LineRead::one(next),
+        None => read_any_row(source, batch),
+    }
+}
+
+/// Reads a row of plain numbers, one in each column. For any other row it returns `None` and leaves nothing in the
+/// batch.
+fn read_plain_row(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+    let separator = batch.separator;
+    let columns = std::mem::take(&mut batch.columns);
+    let mut row = PlainLine::begin(source, batch);
+    let is_plain = plain_cells(&mut row, &columns, separator).is_some();
+    let read = row.end(is_plain, Shows::Points);
+    batch.columns = columns;
+    read
+}
+
+#[expect(clippy::inline_always, reason = "the row stays in registers")]
+#[inline(always)]
+fn plain_cells(row: &mut PlainLine<'_>, columns: &[Address], separator: u8) -> Option<()> {
+    let (last, others) = columns.split_last()?;
+    for column in others {
+        row.word(*column, 0)?;
+        if row.byte()? != separator {
+            return None;
+        }
+        row.at += 1;
+    }
+    row.word(*last, 0)?;
+    matches!(row.byte(), Some(b'\n' | b'\r')).then_some(())
+}
+
+fn read_any_row(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let Source { text, start, shift, line: number, .. } = source;
     let body_end = line_end(text, start);
     let end = next_line(text, body_end);
@@ -144,8 +179,8 @@ fn read_cells(body: &[u8], base: usize, batch: &mut Batch) -> Result<(), (Diagno
         if !written.is_empty() {
             let start = from + blanks;
             let end = start + written.len();
-            let code = DiagnosticCode::CellNumber { column: address, text: Excerpt::new(written) };
             let Some((value, decimals, has_point)) = cell_number(written) else {
+                let code = DiagnosticCode::CellNumber { column: address, text: Excerpt::new(written) };
                 return Err((code, start, end));
             };
             if value.abs() > MAX_MAGNITUDE {
@@ -206,4 +241,17 @@ fn cell_number(text: &[u8]) -> Option<(f64, u8, bool)> {
         decimals = u8::try_from((i64::from(decimals) - i64::from(exponent)).clamp(0, 15)).unwrap_or(15);
     }
     Some((if negative { 0.0 - value } else { value }, decimals, number.has_point))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::dialect::plain::tests::compare;
+
+    #[test]
+    fn plain_lines_are_read_as_in_the_general_way() {
+        let plain = ["1.5,-2.25,3", "-0,+.5,1234.5678"];
+        let pieces = ",|,|,|, |;|x|e5|E-2";
+        compare(&plain, pieces, read_plain_row, |source, batch| Some(read_any_row(source, batch)));
+    }
 }

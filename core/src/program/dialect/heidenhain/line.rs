@@ -4,6 +4,7 @@ use super::statement;
 use crate::program::dialect::LineRead;
 use crate::program::dialect::line::{Line, REPEATABLE, Source, extent};
 use crate::program::dialect::number::{Number, Spelling, number};
+use crate::program::dialect::plain::{PlainLine, Shows};
 use crate::program::line::{is_blank, line_end, next_line};
 use crate::program::{Address, Batch, BlockFlags, BlockKind, Keyword, WordForm};
 
@@ -12,6 +13,66 @@ const MAX_LOOKAHEAD: usize = 32;
 
 /// Reads a statement and adds it to the batch; `None` if lines of the statement have not arrived yet.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
+    match read_plain_line(source, batch) {
+        Some(next) => Some(LineRead::one(next)),
+        None => read_any(source, batch),
+    }
+}
+
+/// Reads a line `12 L X+1.5 A-30 F1000` that another such line follows: then nothing changes the corner between them.
+/// For any other line it returns `None` and leaves nothing in the batch.
+fn read_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+    let mut line = PlainLine::begin(source, batch);
+    let is_plain = plain_words(&mut line).is_some();
+    line.end(is_plain, Shows::PointsZerosAndSigns)
+}
+
+#[expect(clippy::inline_always, reason = "the line stays in registers")]
+#[inline(always)]
+fn plain_words(line: &mut PlainLine<'_>) -> Option<()> {
+    if line.byte()?.is_ascii_digit() {
+        line.word(Address::N, 0)?;
+        if line.has_point() {
+            return None;
+        }
+    }
+    line.skip_blanks();
+    line.at = line_word_end(line.text, line.at)?;
+    line.keyword(Keyword::L, 1);
+    loop {
+        match line.byte()? {
+            b' ' | b'\t' => line.at += 1,
+            b'\n' | b'\r' => return line_follows(line.text, next_line(line.text, line.at)),
+            letter @ (b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C' | b'F' | b'x' | b'y' | b'z') => {
+                line.at += 1;
+                line.word(Address::of_letter(letter), 1)?;
+                // A decimal comma.
+                if line.byte()? == b',' {
+                    return None;
+                }
+            }
+            _ => return None,
+        }
+    }
+}
+
+/// One after the statement word `L` at a byte, if blanks follow it.
+#[inline]
+fn line_word_end(text: &[u8], at: usize) -> Option<usize> {
+    matches!(text.get(at..at + 2)?, [b'L' | b'l', b' ' | b'\t']).then_some(at + 1)
+}
+
+/// Whether the next line is `L` after a block number, blanks and no more.
+#[inline]
+fn line_follows(text: &[u8], start: usize) -> Option<()> {
+    let rest = text.get(start..)?;
+    let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let blanks = rest.iter().skip(digits).take_while(|byte| matches!(byte, b' ' | b'\t')).count();
+    line_word_end(text, start + digits + blanks).map(|_| ())
+}
+
+/// The same for every statement.
+fn read_any(source: Source<'_>, batch: &mut Batch) -> Option<LineRead> {
     let Source { text, start, is_last, .. } = source;
     let whole = extent(text, start, is_last, runs_on)?;
     let first = Opening::of(text.get(start..whole.body_end).unwrap_or_default());
@@ -210,4 +271,17 @@ pub(super) fn value(scan: &Line<'_>, at: usize) -> (usize, Value) {
         end += 1;
     }
     (from, if end > digits { Value::Parameter(end) } else { Value::None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::dialect::plain::tests::compare;
+
+    #[test]
+    fn plain_lines_are_read_as_in_the_general_way() {
+        let plain = ["12 L X+1.5 Y-2.25 F1000", "L X+1.12345678"];
+        let pieces = "12 |L |l |LN |X|Y|z| A|IX|FMAX|F|R0|RL| M3|;note|~|*|Q1|,|/|7 L X+1 |C |N";
+        compare(&plain, pieces, read_plain_line, read_any);
+    }
 }

@@ -4,12 +4,11 @@
 use super::statement;
 use crate::program::comment::comment_end;
 use crate::program::dialect::LineRead;
-use crate::program::dialect::line::{Extent, Line, MAX_WORDS, REPEATABLE, Source};
-use crate::program::line;
-use crate::program::number::{
-    MAX_MAGNITUDE, exponent_at, follows_number, number_start, read_short, read_unsigned,
-};
-use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, DiagnosticCode, Word, WordForm};
+use crate::program::dialect::line::{Extent, Line, REPEATABLE, Source};
+use crate::program::dialect::plain::{PlainLine, Shows};
+use crate::program::line::line_end;
+use crate::program::number::{MAX_MAGNITUDE, exponent_at, follows_number, number_start, read_unsigned};
+use crate::program::{Address, Batch, BlockFlags, BlockKind, DiagnosticCode};
 
 const SPECIAL: u8 = 0;
 const LETTER: u8 = 1;
@@ -39,99 +38,74 @@ const CLASSES: [u8; 256] = {
     classes
 };
 
-/// The words and the block of a plain line. If the line is not plain, some words may already have been added.
+/// Reads a line of letters, plain numbers and blanks, as nearly all lines are. For any other line, a last line and an
+/// empty line it returns `None` and leaves nothing in the batch.
 #[inline]
-fn words_of_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
-    let Source { text, start, shift, line: number, .. } = source;
-    #[expect(clippy::cast_possible_truncation, reason = "a batch is closed far below 4 GiB")]
-    let in_batch = |at: usize| at.wrapping_add(shift) as u32;
-    let words = &mut batch.words;
-    let first_word = words.len();
-    let (mut seen, mut repeated) = (0_u32, 0_u32);
-    let (mut drops_zero, mut points) = (false, false);
-    let mut at = start;
+pub(in crate::program::dialect) fn read_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+    let mut line = PlainLine::begin(source, batch);
+    let is_plain = plain_words(&mut line, |_| None).is_some();
+    line.end(is_plain, Shows::PointsAndZeros)
+}
+
+/// The same with comments.
+#[inline]
+fn read_plain_line_and_comments(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+    let mut line = PlainLine::begin(source, batch);
+    let is_plain = plain_words(&mut line, skip_comment).is_some();
+    line.end(is_plain, Shows::PointsAndZeros)
+}
+
+/// Moves to the byte after a comment; `None` if there is no comment.
+#[inline]
+fn skip_comment(line: &mut PlainLine<'_>) -> Option<()> {
+    let end = match line.byte()? {
+        b'(' => comment_end(line.text, line.at).ok()?,
+        b';' => line_end(line.text, line.at),
+        _ => return None,
+    };
+    line.skip_comment(end, Address::M)
+}
+
+#[expect(clippy::inline_always, reason = "the line stays in registers")]
+#[inline(always)]
+fn plain_words(
+    line: &mut PlainLine<'_>,
+    skip_special: impl Fn(&mut PlainLine<'_>) -> Option<()>,
+) -> Option<()> {
+    let mut has_words = false;
     loop {
-        let letter = *text.get(at)?;
+        let letter = line.byte()?;
         match CLASSES[letter as usize] {
             LETTER => {}
             BLANK => {
-                at += 1;
+                line.at += 1;
                 continue;
             }
-            LINE_END => break,
-            _ => return None,
+            LINE_END => return has_words.then_some(()),
+            _ => {
+                skip_special(line)?;
+                continue;
+            }
         }
-        if letter | 0x20 == b'e' && follows_number(text, start, at) {
+        if letter | 0x20 == b'e' && follows_number(line.text, line.start, line.at) {
             return None;
         }
-        let sign = *text.get(at + 1)?;
-        let negative = sign == b'-';
-        let read = read_short(text, at + 1 + usize::from(negative || sign == b'+'))?;
-        let address = Address::of_letter(letter);
-        let bit = 1 << address.index();
-        repeated |= seen & bit;
-        seen |= bit;
-        drops_zero |= !read.has_whole;
-        points |= read.has_point;
-        words.push(Word {
-            // 0 − 0 is +0, so a negative zero never gets in.
-            value: if negative { 0.0 - read.value } else { read.value },
-            start: in_batch(at),
-            end: in_batch(read.end),
-            address,
-            lead: 1,
-            decimals: read.decimals,
-            form: WordForm::Number,
-            has_point: read.has_point,
-        });
-        at = read.end;
+        line.at += 1;
+        line.word(Address::of_letter(letter), 1)?;
+        has_words = true;
     }
-    let words_end = words.len();
-    if words_end == first_word || words_end - first_word > MAX_WORDS {
-        return None;
-    }
-    batch.habits.drops_zero |= drops_zero;
-    batch.habits.points |= points;
-    let mut flags = BlockFlags::default();
-    if repeated & !REPEATABLE != 0 {
-        flags.set(BlockFlags::REPEATED);
-    }
-    let end = line::next_line(text, at);
-    #[expect(clippy::cast_possible_truncation, reason = "fewer words than bytes")]
-    let (words_start, words_end) = (first_word as u32, words_end as u32);
-    batch.blocks.push(Block {
-        line: number,
-        start: in_batch(start),
-        body_end: in_batch(at),
-        end: in_batch(end),
-        words_start,
-        words_end,
-        kind: BlockKind::Words,
-        flags,
-    });
-    Some(end)
-}
-
-/// Reads a line of letters, short numbers and blanks, as nearly all lines are. For any other line, a last line and an
-/// empty line it returns `None` and leaves nothing in the batch.
-#[inline]
-pub(in crate::program::dialect) fn read_plain_line(
-    source: Source<'_>,
-    batch: &mut Batch,
-) -> Option<LineRead> {
-    let first_word = batch.words.len();
-    let next = words_of_plain_line(source, batch);
-    if next.is_none() {
-        batch.words.truncate(first_word);
-    }
-    next.map(LineRead::one)
 }
 
 /// Reads a line and adds it to the batch.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
-    if let Some(read) = read_plain_line(source, batch) {
-        return read;
+    match read_plain_line_and_comments(source, batch) {
+        Some(next) => LineRead::one(next),
+        None => read_any_line(source, batch),
     }
+}
+
+/// The same for every line.
+fn read_any_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, REPEATABLE, batch);
     while let Some(&byte) = text.get(line.at) {
@@ -239,5 +213,21 @@ fn kind_of(line: &Line<'_>) -> BlockKind {
     } else {
         // Control bytes that old tapes and systems leave: a block without words.
         BlockKind::Words
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::dialect::plain::tests::compare;
+
+    #[test]
+    fn plain_lines_are_read_as_in_the_general_way() {
+        let plain = ["N10 G1 X1.5 Y-2.25", "X1Y2(note)Z3", "G1 G1 X1 X2", "X0.12345678 ; note"];
+        let pieces =
+            "N10 |G1|G43.4 |X|Y|z|A|E|e5|G90 |M8|M8 |(note)|(a (b) c)|(a (X1) X2)|;note|X1|#1=2|[|,R2|O1|/|%";
+        compare(&plain, pieces, read_plain_line_and_comments, |source, batch| {
+            Some(read_any_line(source, batch))
+        });
     }
 }

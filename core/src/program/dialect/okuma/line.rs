@@ -14,9 +14,14 @@ const FLOW: [&[u8]; 7] = [b"IF", b"GOTO", b"RTS", b"MODIN", b"MODOUT", b"RTMCR",
 
 /// Reads a line and adds it to the batch.
 pub(super) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
-    if let Some(read) = iso::read_plain_line(source, batch) {
-        return read;
+    match iso::read_plain_line(source, batch) {
+        Some(next) => LineRead::one(next),
+        None => read_any_line(source, batch),
     }
+}
+
+/// The same for every line.
+fn read_any_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, REPEATABLE, batch);
     while let Some(&byte) = text.get(line.at) {
@@ -174,6 +179,14 @@ mod tests {
 
     fn kinds(text: &str) -> Vec<BlockKind> {
         read(text).blocks().iter().map(|block| block.kind).collect()
+    }
+
+    #[test]
+    fn plain_lines_are_read_as_in_the_general_way() {
+        let plain = ["N10 G1 X1.5 Y-2.25", "X1Y2Z12345678.5"];
+        let pieces = "N10 |G1|G15H1|X|Y|z|A|E|VC1=5|M8 |(note)|;|=|$|/|%";
+        let general = |source: Source<'_>, batch: &mut Batch| Some(read_any_line(source, batch));
+        crate::program::dialect::plain::tests::compare(&plain, pieces, iso::read_plain_line, general);
     }
 
     #[test]

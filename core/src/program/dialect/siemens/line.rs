@@ -5,6 +5,8 @@ use super::statement;
 use crate::program::comment::comment_end;
 use crate::program::dialect::LineRead;
 use crate::program::dialect::line::{Extent, Line, REPEATABLE, Source};
+use crate::program::dialect::plain::{PlainLine, Shows};
+use crate::program::line::line_end;
 use crate::program::number::{
     MAX_MAGNITUDE, Unsigned, exponent_at, follows_number, number_start, read_unsigned,
 };
@@ -41,6 +43,61 @@ const MAY_REPEAT: u32 = REPEATABLE | (1 << Address::H.index());
 
 /// Reads a line and adds it to the batch.
 pub(in crate::program) fn read_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
+    match read_plain_line(source, batch) {
+        Some(next) => LineRead::one(next),
+        None => read_any_line(source, batch),
+    }
+}
+
+/// Reads a line of words `X10` and `X=10`, blanks and a comment after `;`. For any other line it returns `None` and
+/// leaves nothing in the batch.
+fn read_plain_line(source: Source<'_>, batch: &mut Batch) -> Option<usize> {
+    let mut line = PlainLine::begin(source, batch);
+    let is_plain = plain_words(&mut line).is_some();
+    line.end(is_plain, Shows::PointsAndZeros)
+}
+
+#[expect(clippy::inline_always, reason = "the line stays in registers")]
+#[inline(always)]
+fn plain_words(line: &mut PlainLine<'_>) -> Option<()> {
+    let mut has_words = false;
+    loop {
+        let letter = line.byte()?;
+        match CLASSES[letter as usize] {
+            LETTER => {}
+            BLANK => {
+                line.at += 1;
+                continue;
+            }
+            LINE_END => return has_words.then_some(()),
+            _ if letter == b';' => {
+                let end = line_end(line.text, line.at);
+                line.skip_comment(end, Address::M)?;
+                continue;
+            }
+            _ => return None,
+        }
+        // Parameters, subprograms, exponents, and words that may repeat.
+        if matches!(letter | 0x20, b'e' | b'h' | b'l' | b'r') {
+            return None;
+        }
+        line.at += 1;
+        if line.byte()? == b'=' && letter | 0x20 != b'n' {
+            line.at += 1;
+            line.word(Address::of_letter(letter), 2)?;
+        } else {
+            line.word(Address::of_letter(letter), 1)?;
+        }
+        // An operator, an index or `=` may follow: then the letter is something else.
+        if !matches!(line.byte()?, b' ' | b'\t' | b'\n' | b'\r') {
+            return None;
+        }
+        has_words = true;
+    }
+}
+
+/// The same for every line.
+fn read_any_line(source: Source<'_>, batch: &mut Batch) -> LineRead {
     let text = source.text;
     let mut line = Line::new(source, Extent::ONE_LINE, MAY_REPEAT, batch);
     while let Some(&byte) = text.get(line.at) {
@@ -239,4 +296,18 @@ fn kind_of(line: &Line<'_>) -> BlockKind {
 /// Whether an exponent `EX…` is at a byte.
 pub(super) fn has_exponent(text: &[u8], at: usize) -> Option<usize> {
     exponent_end(text, at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::dialect::plain::tests::compare;
+
+    #[test]
+    fn plain_lines_are_read_as_in_the_general_way() {
+        let plain = ["N10 G1 X=1.5 Y-2.25 ; note", "X1 A=-.5 C=+5"];
+        let pieces =
+            "N10 |G1|G1 |X|Y=|z|A3=|A=|C = |N=|R1=|L5|H2|X1=|AC(|)|M8 |;note|MOD |D1|_|E|EX|EX5|[|/|:";
+        compare(&plain, pieces, read_plain_line, |source, batch| Some(read_any_line(source, batch)));
+    }
 }
