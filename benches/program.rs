@@ -1,4 +1,5 @@
-//! Reader, writer and interpreter, against plain `split` + `parse` and `format!` in the same run.
+//! Reader, writer and interpreter, against plain `split` + `parse`, the reader of the crate `gcode`, and `format!` in
+//! the same run.
 //!
 //! `cargo bench --bench program`. One thread; the best of several runs; ratios are what to compare.
 
@@ -99,10 +100,15 @@ fn main() {
             black_box(batch.blocks().len());
         });
     });
+    let other = best_seconds(|| {
+        black_box(gcode::parse(black_box(std::str::from_utf8(&typical).unwrap())).is_ok());
+    });
+    println!("crate gcode          {:8.0} MB/s   {:.1}", megabytes / other, plain / other);
     println!(
-        "reader, typical      {:8.0} MB/s   {:.1} times split + parse",
+        "reader, typical      {:8.0} MB/s   {:.1} times split + parse, {:.1} times crate gcode",
         megabytes / reading,
-        plain / reading
+        plain / reading,
+        other / reading
     );
     let worst_megabytes = worst.len() as f64 / 1e6;
     let worst_reading = best_seconds(|| {
