@@ -89,6 +89,62 @@ async fn a_stamp_is_one_comment_line_in_the_programs_own_form_after_its_head() {
     }
 }
 
+/// A long pass with two more sections, cut short or not. Both have the same stamp, apart from the digest of the source.
+fn pass(blocks: u32, late: &str, turn: f64) -> String {
+    use std::fmt::Write as _;
+    let mut text = String::from("%\nO1\nG21 G90 G94 G54\nT1 M6\nG1 F1000\n");
+    for block in 0..blocks {
+        let phase = f64::from(block);
+        writeln!(
+            text,
+            "X{:.3} Y-7.25 Z{:.3} A10.5 C{:.3}",
+            0.05 * phase,
+            40.0 + 0.1 * (phase % 7.0),
+            turn * phase
+        )
+        .unwrap();
+        if block == blocks * 3 / 4 {
+            text.push_str(late);
+        }
+    }
+    text.push_str("M30\n%\n");
+    text
+}
+
+#[tokio::test]
+async fn a_long_program_has_its_stamp_whatever_its_head_lets_expect() {
+    let app = spawn().await;
+    let query = format!("{CC_QUERY}&work_offsets_mm.G55=1,2,3");
+    // Nothing that the head does not show, and another offset that the head does not show.
+    for late in ["", "G0 Z90\nG55\nG0 X5 Y5 Z80 A0 C0\nG1 X6 Y5 Z80 A3 C20\n"] {
+        for operation in [CC, ALL] {
+            let query = if operation == CC { query.clone() } else { format!("cc.{query}") };
+            let [(short, _), (long, text)] = {
+                let mut found = Vec::new();
+                for blocks in [40, 4000] {
+                    let program = pass(blocks, late, 2.5);
+                    let text = app.program("one", operation, &query, &program).await;
+                    let bare = app.program("one", operation, &format!("{query}&stamp=none"), &program).await;
+                    let (rest, stamp) = unstamped(&text);
+                    assert!(rest == bare, "{late}: something besides the stamp differs");
+                    found.push((stamp.unwrap(), text));
+                }
+                <[_; 2]>::try_from(found).unwrap()
+            };
+            assert!(text.len() > 2 * 64 * 1024);
+            assert!(text.lines().nth(2).unwrap().starts_with("(Trunnion "), "{late}");
+            let without_source = |stamp: &str| {
+                let (said, parameters) = stamp.split_once(" parameters ").unwrap();
+                (said.split_once(" source ").unwrap().0.to_owned(), parameters.to_owned())
+            };
+            assert_eq!(without_source(&long), without_source(&short), "{late}");
+        }
+    }
+    // A stamp is expected, but nothing changes.
+    let still = pass(4000, "", 0.0);
+    assert!(app.program("one", CC, &query, &still).await == still);
+}
+
 #[tokio::test]
 async fn the_stamp_names_what_was_done_and_is_the_same_for_the_same() {
     let app = spawn().await;

@@ -86,10 +86,23 @@ impl Address {
     pub const AXES: u32 =
         Self::X.bit() | Self::Y.bit() | Self::Z.bit() | Self::A.bit() | Self::B.bit() | Self::C.bit();
 
-    /// Whether words of this address state a place to go to: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
+    /// The bits of all addresses whose words state a place to go to: X Y Z, A B C, U V W, E, nx ny nz, tool axis.
+    pub const COORDINATES: u32 = Self::AXES
+        | Self::U.bit()
+        | Self::V.bit()
+        | Self::W.bit()
+        | Self::E.bit()
+        | Self::NX.bit()
+        | Self::NY.bit()
+        | Self::NZ.bit()
+        | Self::TI.bit()
+        | Self::TJ.bit()
+        | Self::TK.bit();
+
+    /// Whether words of this address state a place to go to.
     #[must_use]
     pub const fn is_coordinate(self) -> bool {
-        matches!(self.0, b'A'..=b'C' | b'E' | b'U'..=b'`')
+        self.bit() & Self::COORDINATES != 0
     }
 
     /// The address as a column heading or in a message.

@@ -328,6 +328,18 @@ impl Batch {
         self.words.get(block.words_start as usize..block.words_end as usize).unwrap_or_default()
     }
 
+    /// The words of some of its blocks, in order.
+    pub fn words_of<'b>(&'b self, blocks: &'b [Block]) -> impl Iterator<Item = &'b Word> {
+        // A constant may take words from a block. They stay between those of its neighbours.
+        blocks.chunk_by(|block, next| block.words_end == next.words_start).flat_map(|run| match run {
+            [] => &[][..],
+            [first, ..] => {
+                let end = run.last().map_or(first.words_end, |last| last.words_end);
+                self.words.get(first.words_start as usize..end as usize).unwrap_or_default()
+            }
+        })
+    }
+
     /// The bytes of one of its blocks, line ending included.
     #[must_use]
     pub fn block_text(&self, block: &Block) -> &[u8] {

@@ -18,6 +18,9 @@ pub(in crate::process) struct Inventory {
 /// Odd multiplier that spreads bits (the golden ratio's fraction times 2^64).
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
+/// Addresses of words that are checked as motions and feeds.
+const PLACES_AND_FEED: u32 = Address::COORDINATES | Address::F.bit();
+
 /// Words of statements that inserted blocks have as well. They are checked as motions and feeds.
 fn says_motion_or_feed(word: &Word) -> bool {
     use Keyword as K;
@@ -45,22 +48,20 @@ impl Inventory {
 
     /// Counts some blocks of a batch.
     pub(in crate::process) fn see_blocks(&mut self, batch: &Batch, blocks: &[Block]) {
-        for block in blocks {
-            self.blocks += u64::from(block.counts());
-            for word in batch.words(block) {
-                if word.address.is_coordinate() || word.address == Address::F || says_motion_or_feed(word) {
-                    continue;
-                }
-                // Constants may decide later what an expression is worth or an assignment means.
-                let is_told = match word.form {
-                    WordForm::Number | WordForm::Comma => false,
-                    WordForm::Keyword => word.keyword().is_some_and(Keyword::is_assignment),
-                    _ => true,
-                };
-                let value = if is_told { u64::MAX } else { word.value.to_bits() };
-                self.count(word.address, value);
+        self.blocks += blocks.iter().filter(|block| block.counts()).count() as u64;
+        batch.words_of(blocks).for_each(|word| {
+            if word.address.bit() & PLACES_AND_FEED != 0 || says_motion_or_feed(word) {
+                return;
             }
-        }
+            // Constants may decide later what an expression is worth or an assignment means.
+            let is_told = match word.form {
+                WordForm::Number | WordForm::Comma => false,
+                WordForm::Keyword => word.keyword().is_some_and(Keyword::is_assignment),
+                _ => true,
+            };
+            let value = if is_told { u64::MAX } else { word.value.to_bits() };
+            self.count(word.address, value);
+        });
     }
 
     /// A block number that compensation adds.

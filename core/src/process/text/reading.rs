@@ -57,50 +57,46 @@ const MAX_OFFSETS: usize = 1000;
 impl ProgramReading {
     /// Takes motions in program order.
     pub(in crate::process) fn see(&mut self, motions: &[Motion]) {
-        self.see_tools(motions);
-        let mut last = None;
-        for motion in motions {
-            let offset = motion.work_offset.filter(|_| !motion.is_shifted);
-            let key = (offset, motion.offset_changed);
-            let known = match last {
-                Some((known, index)) if known == key => Some(index),
-                _ => self.work_offsets.iter().position(|used| (used.offset, used.is_left_alone) == key),
-            };
-            let index = known.unwrap_or_else(|| self.add(motion, offset));
-            if let Some(used) = self.work_offsets.get_mut(index) {
-                used.lines[1] = motion.line;
-                used.motions += 1;
+        for alike in motions.chunk_by(are_read_alike) {
+            let (Some(first), Some(last)) = (alike.first(), alike.last()) else { continue };
+            let count = alike.len() as u64;
+            if let Some(used) = self.tool(first) {
+                used.lines[1] = last.line;
+                used.motions += count;
             }
-            last = Some((key, index));
+            if let Some(used) = self.work_offset(first) {
+                used.lines[1] = last.line;
+                used.motions += count;
+            }
         }
     }
 
-    fn see_tools(&mut self, motions: &[Motion]) {
-        let mut last: Option<(CalledTool, usize)> = None;
-        for motion in motions {
-            let known = match last {
-                Some((called, index)) if called == motion.tool => Some(index),
-                _ => self.tools.iter().position(|used| used.called == motion.tool),
-            };
-            let index = known.unwrap_or_else(|| {
-                if self.tools.len() < MAX_TOOLS {
-                    self.tools.push(ToolUse {
-                        called: motion.tool,
-                        name: None,
-                        listed: None,
-                        is_unknown: false,
-                        lines: [motion.line; 2],
-                        motions: 0,
-                    });
-                }
-                self.tools.len() - 1
-            });
-            if let Some(used) = self.tools.get_mut(index) {
-                used.lines[1] = motion.line;
-                used.motions += 1;
+    /// The place of a motion's tool. It is new if no motion had this tool before.
+    fn tool(&mut self, motion: &Motion) -> Option<&mut ToolUse> {
+        let known = self.tools.iter().position(|used| used.called == motion.tool);
+        let index = known.unwrap_or_else(|| {
+            if self.tools.len() < MAX_TOOLS {
+                self.tools.push(ToolUse {
+                    called: motion.tool,
+                    name: None,
+                    listed: None,
+                    is_unknown: false,
+                    lines: [motion.line; 2],
+                    motions: 0,
+                });
             }
-            last = Some((motion.tool, index));
-        }
+            self.tools.len() - 1
+        });
+        self.tools.get_mut(index)
+    }
+
+    /// The place of a motion's work offset. It is new if no motion had this offset before.
+    fn work_offset(&mut self, motion: &Motion) -> Option<&mut OffsetUse> {
+        let offset = motion.work_offset.filter(|_| !motion.is_shifted);
+        let key = (offset, motion.offset_changed);
+        let known = self.work_offsets.iter().position(|used| (used.offset, used.is_left_alone) == key);
+        let index = known.unwrap_or_else(|| self.add(motion, offset));
+        self.work_offsets.get_mut(index)
     }
 
     /// The same with the values used for each tool, and with the names by which tools were called.
@@ -126,4 +122,10 @@ impl ProgramReading {
         }
         self.work_offsets.len() - 1
     }
+}
+
+/// Whether two motions have the same tool and the same work offset.
+fn are_read_alike(a: &Motion, b: &Motion) -> bool {
+    let key = |motion: &Motion| (motion.work_offset, motion.is_shifted, motion.offset_changed, motion.tool);
+    key(a) == key(b)
 }
