@@ -7,9 +7,8 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use tempfile::NamedTempFile;
-
 use clap::Args;
+use tempfile::NamedTempFile;
 
 use super::CommandFault;
 use super::fault::is_over_its_limit;
