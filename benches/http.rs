@@ -1,11 +1,14 @@
 //! Small calls over HTTP against an echo of the same body, side by side in one process: `cargo bench --bench http`,
 //! with `-- SECONDS` for longer runs. On a quiet machine: clients and service share its cores.
 //!
-//! What is said last is of the binary itself: from its start to its first answer, and its memory once it idles.
+//! Then the binary itself: the inverse of many poses, and from its start to its first answer, with its memory once it
+//! idles. `-- small`, `-- many` or `-- start` runs one of the three parts.
 
 #![expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
 
+use std::io::{BufRead, BufReader};
 use std::net::SocketAddr;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,6 +19,7 @@ use axum::routing::post;
 use http_body_util::{BodyExt, Full};
 use hyper::client::conn::http1::{self, SendRequest};
 use hyper_util::rt::TokioIo;
+use poses::{Running, binary, many_poses};
 use serde::{Deserialize, Serialize};
 use tempfile::TempDir;
 use tokio::net::{TcpListener, TcpStream};
@@ -23,13 +27,15 @@ use trunnion::config::{LogFormat, Settings};
 use trunnion::http::{AppState, behind_the_edge, router};
 use trunnion::jobs::{CutterContactCompensator, Sources};
 
+mod poses;
+
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 const BODY: &str = r#"{"poses":[{"x":10.0,"y":20.0,"z":30.0,"i":0.3,"j":-0.2,"k":0.93}],"work_offset_mm":[70.0,-40.0,95.0]}"#;
 const PATH: &str = "/v1/machines/example-ac-table/inverse-kinematics";
 /// Connections that are kept open, as `wrk -c 32` would.
 const CONNECTIONS: usize = 32;
-/// Rounds in which the three take turns; the middle one of each counts.
+/// Rounds in which all take turns; the middle one of each counts.
 const ROUNDS: usize = 5;
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -52,6 +58,44 @@ async fn echo(axum::Json(body): axum::Json<Body>) -> axum::Json<Body> {
     axum::Json(body)
 }
 
+/// A service that is measured: its address, the path, and the header with the key.
+#[derive(Debug, Clone)]
+struct Asked {
+    address: SocketAddr,
+    path: &'static str,
+    key: Option<http::HeaderValue>,
+}
+
+impl Asked {
+    fn new(address: SocketAddr, path: &'static str) -> Self {
+        Self { address, path, key: None }
+    }
+
+    /// The same service after its first key was created.
+    async fn with_a_key(self) -> Result<Self, Failure> {
+        let mut sender = connect(self.address).await?;
+        let body = r#"{"name":"bench","scopes":["read","compute","admin"]}"#;
+        let request = http::Request::post("/v1/keys").header("host", "bench");
+        let request = request.header("content-type", "application/json").body(Full::from(body))?;
+        let answer = sender.send_request(request).await?.into_body().collect().await?.to_bytes();
+        let answer: serde_json::Value = serde_json::from_slice(&answer)?;
+        let key = answer["key"].as_str().ok_or_else(|| format!("no key was created: {answer}"))?;
+        Ok(Self { key: Some(format!("Bearer {key}").parse()?), ..self })
+    }
+}
+
+/// The service in this process, in a folder of its own. Its rate is not limited: the load is the benchmark's own.
+async fn open(folder: &Path) -> Result<AppState, Failure> {
+    let settings = Settings {
+        data_dir: folder.to_owned(),
+        log_format: LogFormat::Json,
+        max_rate_per_s: 0.0,
+        ..Settings::default()
+    };
+    std::fs::create_dir_all(folder)?;
+    Ok(AppState::open(settings, Sources::real(), Arc::new(CutterContactCompensator::default())).await?)
+}
+
 async fn serve(router: Router) -> Result<SocketAddr, Failure> {
     let listener = TcpListener::bind("127.0.0.1:0").await?;
     let address = listener.local_addr()?;
@@ -71,12 +115,15 @@ async fn connect(address: SocketAddr) -> Result<SendRequest<Full<bytes::Bytes>>,
     Ok(sender)
 }
 
-async fn ask(sender: &mut SendRequest<Full<bytes::Bytes>>, path: &str) -> Result<(), Failure> {
+async fn ask(sender: &mut SendRequest<Full<bytes::Bytes>>, asked: &Asked) -> Result<(), Failure> {
     sender.ready().await?;
-    let request = http::Request::post(path)
-        .header("host", "bench")
-        .header("content-type", "application/json")
-        .body(Full::from(BODY))?;
+    let request =
+        http::Request::post(asked.path).header("host", "bench").header("content-type", "application/json");
+    let request = match &asked.key {
+        Some(key) => request.header("authorization", key.clone()),
+        None => request,
+    };
+    let request = request.body(Full::from(BODY))?;
     let response = sender.send_request(request).await?;
     let status = response.status();
     let body = response.into_body().collect().await?.to_bytes();
@@ -84,15 +131,16 @@ async fn ask(sender: &mut SendRequest<Full<bytes::Bytes>>, path: &str) -> Result
 }
 
 /// As many requests as go through: their rate \[1/s\].
-async fn flood(address: SocketAddr, path: &'static str, time: Duration) -> Result<f64, Failure> {
+async fn flood(asked: &Asked, time: Duration) -> Result<f64, Failure> {
     let over = Arc::new(AtomicBool::new(false));
     let mut clients = Vec::new();
     for _ in 0..CONNECTIONS {
-        let (mut sender, over) = (connect(address).await?, Arc::clone(&over));
+        let (mut sender, over) = (connect(asked.address).await?, Arc::clone(&over));
+        let asked = asked.clone();
         clients.push(tokio::spawn(async move {
             let mut count = 0_u64;
             while !over.load(Ordering::Relaxed) {
-                ask(&mut sender, path).await?;
+                ask(&mut sender, &asked).await?;
                 count += 1;
             }
             Ok::<_, Failure>(count)
@@ -111,17 +159,12 @@ async fn flood(address: SocketAddr, path: &'static str, time: Duration) -> Resul
 
 /// Requests at a steady rate: the times that half and 99 in 100 of them stay under \[ms\], counted from when each was
 /// due, so that one that had to wait for another is not flattered.
-async fn steady(
-    address: SocketAddr,
-    path: &'static str,
-    rate_per_s: f64,
-    time: Duration,
-) -> Result<[f64; 2], Failure> {
+async fn steady(asked: &Asked, rate_per_s: f64, time: Duration) -> Result<[f64; 2], Failure> {
     let each = Duration::from_secs_f64(CONNECTIONS as f64 / rate_per_s);
     let mut clients = Vec::new();
     let began = Instant::now() + Duration::from_millis(50);
     for k in 0..CONNECTIONS {
-        let mut sender = connect(address).await?;
+        let (mut sender, asked) = (connect(asked.address).await?, asked.clone());
         let first = began + each.mul_f64(k as f64 / CONNECTIONS as f64);
         clients.push(tokio::spawn(async move {
             let mut times_s = Vec::new();
@@ -130,7 +173,7 @@ async fn steady(
                 tokio::time::sleep_until(due.into()).await;
                 // The timer ticks in milliseconds; what it adds is its own.
                 let sent = Instant::now().min(due + Duration::from_millis(2));
-                ask(&mut sender, path).await?;
+                ask(&mut sender, &asked).await?;
                 times_s.push(sent.elapsed().as_secs_f64());
                 due += each;
             }
@@ -154,64 +197,67 @@ fn middle(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
+/// The argument with which this program is only the bare echo, and tells its address.
+const ECHO: &str = "echo-alone";
+/// From this row on, the services have processes of their own, and are compared with an echo that has one too.
+const APART: usize = 4;
+
+async fn echo_alone() -> Result<(), Failure> {
+    println!("{}", serve(Router::new().route("/echo", post(echo))).await?);
+    std::future::pending().await
+}
+
 async fn over_http(time: Duration) -> Result<(), Failure> {
-    let data = TempDir::new()?;
-    let settings =
-        Settings { data_dir: data.path().to_owned(), log_format: LogFormat::Json, ..Settings::default() };
-    std::fs::create_dir_all(&settings.data_dir)?;
-    let state =
-        AppState::open(settings, Sources::real(), Arc::new(CutterContactCompensator::default())).await?;
+    let (open_data, closed_data) = (TempDir::new()?, TempDir::new()?);
+    let (state, closed) = (open(open_data.path()).await?, open(closed_data.path()).await?);
     let same_edge = behind_the_edge(Router::new().route("/echo", post(echo)), state.clone());
     let bare = Router::new().route("/echo", post(echo));
+    let (quiet, logging) = (Running::start("off").await?.0, Running::start("info").await?.0);
+    let mut apart = Command::new(std::env::current_exe()?);
+    let mut apart = apart.arg(ECHO).stdout(Stdio::piped()).spawn()?;
+    let mut place = String::new();
+    BufReader::new(apart.stdout.take().ok_or("no standard output")?).read_line(&mut place)?;
     let them = [
-        ("inverse kinematics of one pose", serve(router(state)).await?, PATH),
-        ("echo behind the same middleware", serve(same_edge).await?, "/echo"),
-        ("bare echo", serve(bare).await?, "/echo"),
+        ("bare echo", Asked::new(serve(bare).await?, "/echo")),
+        ("echo behind the same middleware", Asked::new(serve(same_edge).await?, "/echo")),
+        ("inverse kinematics of one pose", Asked::new(serve(router(state)).await?, PATH)),
+        ("the same with API keys", Asked::new(serve(router(closed)).await?, PATH).with_a_key().await?),
+        ("bare echo in its own process", Asked::new(place.trim().parse()?, "/echo")),
+        ("inverse by the binary, no log", Asked::new(quiet.address, PATH)),
+        ("inverse by the binary with its log", Asked::new(logging.address, PATH)),
     ];
-    let mut rates = [const { Vec::new() }; 3];
+    let mut rates = them.each_ref().map(|_| Vec::new());
     for _ in 0..ROUNDS {
-        for ((_, address, path), rates) in them.iter().zip(&mut rates) {
-            rates.push(flood(*address, path, time).await?);
+        for ((_, asked), rates) in them.iter().zip(&mut rates) {
+            rates.push(flood(asked, time).await?);
         }
     }
     let rates = rates.map(middle);
-    for ((name, address, path), rate) in them.iter().zip(rates) {
-        let [half_ms, most_ms] = steady(*address, path, rate / 2.0, time * 2).await?;
+    let of_echo = |place: usize| if place < APART { rates[0] } else { rates[APART] };
+    for (place, ((name, asked), rate)) in them.iter().zip(rates).enumerate() {
+        let [half_ms, most_ms] = steady(asked, rate / 2.0, time * 2).await?;
         println!(
-            "{name:34} {rate:8.0} requests/s   at half that rate p50 {half_ms:.2} ms, p99 {most_ms:.2} ms"
+            "{name:34} {rate:8.0} requests/s, bare echo {:.3}   at half that rate p50 {half_ms:.2} ms, p99 {most_ms:.2} ms",
+            rate / of_echo(place)
         );
     }
-    println!("inverse / echo behind the same middleware {:.3} (aim 0.90)", rates[0] / rates[1]);
-    println!("inverse / bare echo {:.3} (aim 0.70)", rates[0] / rates[2]);
+    println!("inverse / echo behind the same middleware {:.3} (aim 0.90)", rates[2] / rates[1]);
+    apart.kill()?;
+    apart.wait()?;
     Ok(())
 }
 
-/// From the start of the process to its first answer \[ms\], and its memory then and after some requests \[MiB\].
+/// From the start of the process to its first answer \[ms\], and its memory then \[MiB\].
 async fn whole_process() -> Result<(), Failure> {
     let (mut ready_ms, mut idle_mib) = (Vec::new(), Vec::new());
-    for _ in 0..ROUNDS {
-        let data = TempDir::new()?;
-        let address = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
-        let began = Instant::now();
-        let mut child = Command::new(env!("CARGO_BIN_EXE_trunnion"))
-            .args(["--listen", &address.to_string(), "--log", "warn", "--data-dir"])
-            .arg(data.path())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()?;
-        while ready(address).await.is_err() {
-            tokio::time::sleep(Duration::from_millis(1)).await;
-        }
-        ready_ms.push(began.elapsed().as_secs_f64() * 1e3);
-        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let resident =
-            status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"));
-        idle_mib.extend(resident.and_then(|text| text.trim().parse::<f64>().ok()).map(|kib| kib / 1024.0));
-        child.kill()?;
-        child.wait()?;
+    for _ in 0..2 * ROUNDS {
+        let (running, took_ms) = Running::start("warn").await?;
+        ready_ms.push(took_ms);
+        idle_mib.push(running.memory_mib("VmRSS"));
     }
+    let binary_mb = std::fs::metadata(binary())?.len() as f64 / 1e6;
     println!(
-        "ready after {:.0} ms (aim 150), idle memory {:.1} MiB (aim 30)",
+        "ready after {:.0} ms (aim 25), idle memory {:.1} MiB (aim 16), binary {binary_mb:.1} MB (aim 20)",
         middle(ready_ms),
         middle(idle_mib)
     );
@@ -231,9 +277,24 @@ async fn ready(address: SocketAddr) -> Result<(), Failure> {
 fn main() -> Result<(), Failure> {
     // Cargo's own `--bench` is no number and does not count.
     let seconds = std::env::args().find_map(|argument| argument.parse::<f64>().ok()).unwrap_or(3.0);
+    let asked = |word: &str| {
+        let mut words = std::env::args().skip(1).filter(|word| ["small", "many", "start"].contains(&&**word));
+        words.next().is_none_or(|asked| asked == word)
+    };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
+    if std::env::args().any(|argument| argument == ECHO) {
+        return runtime.block_on(echo_alone());
+    }
     runtime.block_on(async {
-        over_http(Duration::from_secs_f64(seconds)).await?;
-        whole_process().await
+        if asked("small") {
+            over_http(Duration::from_secs_f64(seconds)).await?;
+        }
+        if asked("many") {
+            many_poses().await?;
+        }
+        if asked("start") {
+            whole_process().await?;
+        }
+        Ok(())
     })
 }

@@ -15,7 +15,8 @@ use trunnion::kinematics::{
     InstructionSet, JointLanes, Joints, Kinematics, Path, PathOptions, PoseLanes, Selection, Setup, ToolPose,
 };
 use trunnion::machine::{LocationError, Machine, MachineParts, Preset, Travel};
-use trunnion::wire::{InverseRequest, MachineProfile, SolvedPoses, read_json};
+use trunnion::side_by_side::OneAfterAnother;
+use trunnion::wire::{InverseRequest, MachineProfile, SolvedPoses};
 
 const POSES: usize = 16_384;
 const GO_ON: &dyn Fn() -> ControlFlow<()> = &|| ControlFlow::Continue(());
@@ -314,7 +315,7 @@ fn json(list: &[ToolPose]) {
             text += "}";
         }
         text += "], \"work_offset_mm\": [70, -40, 95]}";
-        let read = || read_json::<InverseRequest>(text.as_bytes()).ok();
+        let read = || InverseRequest::read(text.as_bytes()).ok();
         let Some(document) = read() else { continue };
         let solve = |document: &InverseRequest| {
             let options = document.options();
@@ -325,14 +326,12 @@ fn json(list: &[ToolPose]) {
         let Some(answer) = solve(&document) else { continue };
         let text_of = |document: &SolvedPoses| {
             let mut text = Vec::new();
-            document.write_json(&mut text).map(|()| text)
+            document.write_json(&OneAfterAnother, &mut text).map(|()| text)
         };
-        let print = |answer: InverseAnswer| {
-            text_of(&SolvedPoses::new(1, answer.joints, answer.ends, answer.warnings))
-        };
+        let print = |answer: InverseAnswer| text_of(&SolvedPoses::new(1, answer.solutions, answer.warnings));
         let parse = rate(|| drop(black_box(read())));
         let solved = rate(|| drop(black_box(solve(&document))));
-        let document_out = SolvedPoses::new(1, answer.joints.clone(), None, answer.warnings.clone());
+        let document_out = SolvedPoses::new(1, answer.solutions.clone(), answer.warnings.clone());
         let printed = rate(|| drop(black_box(text_of(&document_out))));
         let total = rate(|| {
             black_box(read().and_then(|document| solve(&document)).map(print));

@@ -1,22 +1,31 @@
 //! Structured logs on standard error.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Stderr, stderr};
 
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt;
 use tracing_subscriber::prelude::*;
 
+use super::log_lines::{LogLines, WrittenAtEnd};
 use crate::config::{LogFormat, Settings};
 
-/// Sets the process's log writer. A second call changes nothing, so tests may start several services. The
-/// directives were checked with the settings; an unreadable one counts as `info`.
-pub(super) fn open(settings: &Settings) {
+/// Sets the process's log writer; the log is complete when the returned value is dropped. A second call changes
+/// nothing, so tests may start several services. The directives were checked with the settings; an unreadable one
+/// counts as `info`.
+///
+/// # Errors
+/// The thread that writes cannot be started.
+pub(super) fn open(settings: &Settings) -> std::io::Result<WrittenAtEnd<Stderr>> {
     let filter = settings.log.parse().unwrap_or_else(|_| Targets::new().with_default(LevelFilter::INFO));
     let registry = tracing_subscriber::registry();
-    let lines = fmt::layer().with_ansi(std::io::stderr().is_terminal()).with_writer(std::io::stderr);
+    let log = LogLines::new(stderr())?;
+    let lines = fmt::layer().with_ansi(stderr().is_terminal()).with_writer(log.clone());
     let opened = match settings.log_format {
         LogFormat::Text => registry.with(lines.with_filter(filter)).try_init(),
         LogFormat::Json => registry.with(lines.json().with_filter(filter)).try_init(),
     };
-    drop(opened);
+    if opened.is_ok() {
+        log.written_before_panics();
+    }
+    Ok(log.written_at_end())
 }

@@ -335,7 +335,7 @@ impl Running {
 /// # Errors
 /// The service could not start, or ended with a fault.
 pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result<(), StartFault> {
-    logs::open(&settings);
+    let _log = logs::open(&settings).map_err(StartFault::Process)?;
     for warning in believed(&settings, config) {
         tracing::warn!("{warning}");
     }

@@ -12,7 +12,7 @@ use super::AppState;
 use super::body::{Incoming, media_type};
 use super::problem::{Problem, ProblemType};
 use crate::jobs::memory;
-use crate::wire::{read_json, read_query};
+use crate::wire::{Unreadable, read_json, read_query};
 
 /// A JSON document, in or out.
 #[derive(Debug)]
@@ -33,24 +33,36 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, app: &AppState) -> Result<Self, Problem> {
-        let (parts, body) = request.into_parts();
-        let kind = media_type(&parts.headers);
-        if !kind.as_deref().is_some_and(is_json) {
-            let found = kind.as_deref().unwrap_or("none");
-            let detail = format!("send application/json, not {found}");
-            return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
-        }
-        let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
-        let text = incoming.whole(&parts.headers, app.settings.max_json_bytes).await?;
-        let read = if text.len() > PARSED_AT_ONCE {
-            memory::keep(parsed_bytes(&text))?;
-            // Boxed because it is rare: otherwise its memory would be part of every request's.
-            Box::pin(app.compute.run(move |_stop| read_json(&text))).await?
-        } else {
-            read_json(&text)
-        };
-        Ok(Self(read?))
+        Ok(Self(read_document(request, app, read_json).await?))
     }
+}
+
+/// A JSON document by a reader of its own.
+///
+/// # Errors
+/// The body is not JSON or cannot be read.
+pub(super) async fn read_document<T: Send + 'static>(
+    request: Request,
+    app: &AppState,
+    read: fn(&[u8]) -> Result<T, Unreadable>,
+) -> Result<T, Problem> {
+    let (parts, body) = request.into_parts();
+    let kind = media_type(&parts.headers);
+    if !kind.as_deref().is_some_and(is_json) {
+        let found = kind.as_deref().unwrap_or("none");
+        let detail = format!("send application/json, not {found}");
+        return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+    }
+    let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
+    let text = incoming.whole(&parts.headers, app.settings.max_json_bytes).await?;
+    let document = if text.len() > PARSED_AT_ONCE {
+        memory::keep(parsed_bytes(&text))?;
+        // Boxed because it is rare: otherwise its memory would be part of every request's.
+        Box::pin(app.compute.run(move |_stop| read(&text))).await?
+    } else {
+        read(&text)
+    };
+    Ok(document?)
 }
 
 /// Memory that a document needs for each of its values, including a row of numbers in a list that grows by doubling:

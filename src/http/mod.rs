@@ -15,6 +15,7 @@ mod current_machine;
 mod date;
 mod edge;
 mod extract;
+mod file_body;
 pub mod first_bytes;
 mod framing;
 mod guard;

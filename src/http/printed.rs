@@ -2,7 +2,7 @@
 //! a name, so that a client that reads nothing holds no memory.
 
 use std::fs::File;
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use axum::body::{Body, HttpBody};
@@ -11,9 +11,9 @@ use bytes::Bytes;
 use http::HeaderValue;
 use http::header::CONTENT_LENGTH;
 use tokio::sync::Semaphore;
-use tokio_util::io::ReaderStream;
 
 use super::AppState;
+use super::file_body::FileBody;
 use super::problem::Problem;
 use crate::jobs::memory::{Account, REQUEST_BYTES};
 
@@ -50,7 +50,7 @@ impl Printed {
         }
         self.write_out()?;
         match self.file {
-            Some(file) => Ok((of_file(file)?, self.length)),
+            Some(file) => Ok((Body::new(FileBody::new(file)), self.length)),
             None => Err(io::Error::other("an answer was lost")),
         }
     }
@@ -74,6 +74,10 @@ impl Write for Printed {
                 format!("the answer is larger than the limit of {} bytes; ask for less at once", self.limit);
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, detail));
         }
+        if let (Some(file), true) = (&mut self.file, self.text.is_empty() && bytes.len() >= CHUNK) {
+            file.write_all(bytes)?;
+            return Ok(bytes.len());
+        }
         self.text.extend_from_slice(bytes);
         if self.text.len() >= IN_MEMORY {
             self.write_out()?;
@@ -88,11 +92,6 @@ impl Write for Printed {
 
 fn spool(app: &AppState) -> PathBuf {
     app.settings.data_dir.join("spool")
-}
-
-fn of_file(mut file: File) -> io::Result<Body> {
-    file.seek(SeekFrom::Start(0))?;
-    Ok(Body::from_stream(ReaderStream::with_capacity(tokio::fs::File::from_std(file), CHUNK)))
 }
 
 /// The answer, which reserves the memory that it holds until the client has taken it.
@@ -145,7 +144,7 @@ async fn on_disk(app: &AppState, account: Account, response: Response) -> Respon
 fn in_file(directory: &Path, text: &Bytes) -> io::Result<Body> {
     let mut file = tempfile::tempfile_in(directory)?;
     file.write_all(text)?;
-    of_file(file)
+    Ok(Body::new(FileBody::new(file)))
 }
 
 /// A body that reserves memory until it is taken.

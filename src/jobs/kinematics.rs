@@ -6,11 +6,16 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{Cost, MachineUsed, TooCostly};
-use crate::kinematics::{InverseError, Kinematics, PathOptions, PathWarning, Setup, ToolPose, WarningKind};
+use crate::kinematics::{
+    InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, ToolPose, WarningKind,
+};
 use crate::machine::{Machine, Motion};
 use crate::meter;
 use crate::units::Angle;
-use crate::wire::{Fault, FaultList, JointWords, Pose, PoseWarning, PoseWarningKind, Selection};
+use crate::wire::{
+    Fault, FaultList, JointWords, PathWords, Pose, PoseColumns, PoseWarning, PoseWarningKind, Selection,
+    Solutions,
+};
 
 /// How many poses are computed between two checks of the stop.
 const BETWEEN_STOPS: usize = 4096;
@@ -100,10 +105,8 @@ pub fn forward(
 /// Solutions and their warnings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InverseAnswer {
-    /// Solutions pose after pose; with selection `path` one for each pose.
-    pub joints: Vec<JointWords>,
-    /// With selection `all`: where in `joints` the solutions of each pose end.
-    pub ends: Option<Vec<usize>>,
+    /// Solutions pose after pose.
+    pub solutions: Solutions,
     /// Warnings.
     pub warnings: Vec<PoseWarning>,
 }
@@ -151,8 +154,7 @@ impl InverseTask {
     }
 
     /// Memory of the joints of this many poses while they are solved, in addition to the poses \[bytes\]: for each
-    /// pose the joints, their conditioning, the path among the states and the words; after the poses are freed, the
-    /// joints in the form of the answer.
+    /// pose the joints, their conditioning, the path among the states and the words.
     #[must_use]
     pub fn working_bytes(&self, poses: usize) -> u64 {
         const SOLVED: usize = 6 * size_of::<f64>();
@@ -160,8 +162,7 @@ impl InverseTask {
         let bytes = match self.selection {
             Selection::Path => {
                 let cells = self.kinematics.path_cells(poses).saturating_mul(size_of::<u16>());
-                let solving = poses.saturating_mul(SOLVED + WAY).saturating_add(cells);
-                solving.max(poses.saturating_mul(SOLVED + size_of::<JointWords>() - 2 * size_of::<Pose>()))
+                poses.saturating_mul(SOLVED + WAY).saturating_add(cells)
             }
             // Their list grows by doubling.
             Selection::All => {
@@ -178,7 +179,7 @@ impl InverseTask {
     /// Every bad value, too many poses, a pose out of reach, or the client has left.
     pub fn solve(
         &self,
-        poses: Vec<Pose>,
+        poses: PoseColumns,
         limits: Limits,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
@@ -188,8 +189,9 @@ impl InverseTask {
         if self.selection == Selection::All && count > MAX_CANDIDATES {
             return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
         }
+        let poses = poses.into_core().map_err(KinematicsFault::Values)?;
         let answer = match self.selection {
-            Selection::Path => self.path(poses, stop),
+            Selection::Path => self.path(&poses, stop),
             Selection::All => self.all(&poses, stop),
         }?;
         meter::POSES.add(solved as u64);
@@ -198,50 +200,33 @@ impl InverseTask {
 
     fn path(
         &self,
-        poses: Vec<Pose>,
+        poses: &PoseLanes,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
-        let mut faults = FaultList::default();
-        // It has the same size as its source, and replaces it in memory.
-        let wanted: Vec<ToolPose> = poses
-            .into_iter()
-            .enumerate()
-            .filter_map(|(index, pose)| pose.to_core(index, &mut faults))
-            .collect();
-        faults.into_result().map_err(KinematicsFault::Values)?;
         let chosen = PathOptions { start_words_deg: self.start_words_deg, ..PathOptions::default() };
-        let solved =
-            self.kinematics.path(&wanted, &chosen, stop).map_err(|error| refused(&self.on.machine, error))?;
-        drop(wanted);
-        let mut joints = Vec::with_capacity(solved.conditioning.len());
-        for (pose, conditioning) in solved.conditioning.iter().enumerate() {
-            let found = solved.get(pose);
-            joints.extend(
-                found.map(|found| JointWords::from_core(&self.on.machine, &found, Some(*conditioning))),
-            );
-        }
-        Ok(InverseAnswer { joints, ends: None, warnings: solved.warnings.iter().map(warning).collect() })
+        let solved = self.kinematics.path_lanes(poses, &chosen, stop);
+        let solved = solved.map_err(|error| refused(&self.on.machine, error))?;
+        let warnings = solved.warnings.iter().map(warning).collect();
+        Ok(InverseAnswer { solutions: Solutions::Path(PathWords::new(&self.on.machine, solved)), warnings })
     }
 
     fn all(
         &self,
-        poses: &[Pose],
+        poses: &PoseLanes,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
-        let mut faults = FaultList::default();
-        let mut answer = InverseAnswer { joints: Vec::new(), ends: None, warnings: Vec::new() };
+        let (mut joints, mut warnings) = (Vec::new(), Vec::new());
         let mut ends = Vec::with_capacity(poses.len());
-        for (index, pose) in poses.iter().enumerate() {
+        for (index, pose) in listed(poses).enumerate() {
             if index % BETWEEN_STOPS == 0 && stop().is_break() {
                 return Err(KinematicsFault::Cancelled);
             }
-            let Some(pose) = pose.to_core(index, &mut faults) else { continue };
             let found = self
                 .kinematics
                 .candidates(index, &pose, 0.0)
                 .map_err(|error| refused(&self.on.machine, error))?;
             for candidate in &found {
-                answer.joints.push(JointWords::from_core(
+                joints.push(JointWords::from_core(
                     &self.on.machine,
                     &candidate.joints,
                     Some(candidate.conditioning),
@@ -250,18 +235,24 @@ impl InverseTask {
             let residual_rad = found.iter().map(|candidate| candidate.axis_residual_rad).fold(0.0, f64::max);
             if residual_rad > 0.0 {
                 let axis_residual_urad = Some(Angle::from_rad(residual_rad).urad());
-                answer.warnings.push(PoseWarning {
+                warnings.push(PoseWarning {
                     pose: index,
                     kind: PoseWarningKind::ReachLimit,
                     axis_residual_urad,
                 });
             }
-            ends.push(answer.joints.len());
+            ends.push(joints.len());
         }
-        faults.into_result().map_err(KinematicsFault::Values)?;
-        answer.ends = Some(ends);
-        Ok(answer)
+        Ok(InverseAnswer { solutions: Solutions::All { joints, ends }, warnings })
     }
+}
+
+/// The poses of all lanes.
+fn listed(poses: &PoseLanes) -> impl Iterator<Item = ToolPose> {
+    let PoseLanes { x_mm, y_mm, z_mm, i, j, k } = poses;
+    let tips = x_mm.iter().zip(y_mm).zip(z_mm).map(|((x, y), z)| [*x, *y, *z].into());
+    let axes = i.iter().zip(j).zip(k).map(|((i, j), k)| [*i, *j, *k].into());
+    tips.zip(axes).map(|(tip_mm, axis)| ToolPose { tip_mm, axis })
 }
 
 fn warning(warning: &PathWarning) -> PoseWarning {

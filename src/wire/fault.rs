@@ -22,7 +22,7 @@ impl Fault {
 }
 
 /// Collects faults; keeps the first hundred.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FaultList {
     faults: Vec<Fault>,
 }

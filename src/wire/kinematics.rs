@@ -4,10 +4,11 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 use utoipa::{IntoParams, ToSchema};
 
-use super::{Fault, FaultList, Fixed};
+use super::pieces::push_number;
+use super::{Fault, FaultList, Fixed, PoseColumns, Unreadable, read_json};
 use crate::geometry::Vec3;
 use crate::kinematics::{Joints, Setup, ToolPose};
-use crate::machine::{Machine, RotaryLetter};
+use crate::machine::{Machine, RotaryAxis, RotaryLetter};
 
 /// Largest coordinate or linear word that is accepted (mm).
 const MAX_COORDINATE_MM: f64 = 1e6;
@@ -143,7 +144,8 @@ pub struct KinematicsOptions {
 #[serde(deny_unknown_fields)]
 pub struct InverseRequest {
     /// Tool poses in the workpiece.
-    pub poses: Vec<Pose>,
+    #[schema(value_type = Vec<Pose>)]
+    pub poses: PoseColumns,
     /// Origin of the workpiece in machine coordinates at zero pose.
     #[serde(default)]
     pub work_offset_mm: Fixed<3>,
@@ -232,6 +234,31 @@ impl KinematicsOptions {
 }
 
 impl InverseRequest {
+    /// Reads the document: [`read_json`] with a faster way through the poses.
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn read(text: &[u8]) -> Result<Self, Unreadable> {
+        Self::read_poses_apart(text).map_or_else(|| read_json(text), Ok)
+    }
+
+    /// Reads the list of poses by [`PoseColumns::read_elements`], and the text around it by serde, with an empty list
+    /// in its place. Serde refuses this text if the list is at any other place than the document's own: members of
+    /// nested objects are known, and after a string comes no `:`. `None` if serde has to read the whole text.
+    fn read_poses_apart(text: &[u8]) -> Option<Self> {
+        const NAME: &[u8] = b"\"poses\"";
+        let mut begin = memchr::memmem::find(text, NAME)? + NAME.len();
+        for wanted in [b':', b'['] {
+            let blanks = text.get(begin..)?.iter().take_while(|byte| byte.is_ascii_whitespace()).count();
+            begin += blanks;
+            (*text.get(begin)? == wanted).then_some(())?;
+            begin += 1;
+        }
+        let (poses, length) = PoseColumns::read_elements(text.get(begin..)?)?;
+        let around = [text.get(..begin)?, b"]", text.get(begin + length..)?].concat();
+        Some(Self { poses, ..read_json(&around).ok()? })
+    }
+
     /// The options apart from the poses.
     #[must_use]
     pub fn options(&self) -> KinematicsOptions {
@@ -380,6 +407,12 @@ impl JointWords {
     /// The words of `joints` on `machine`.
     #[must_use]
     pub fn from_core(machine: &Machine, joints: &Joints, conditioning: Option<f64>) -> Self {
+        Self::of_axes(machine.rotary_axes(), joints, conditioning)
+    }
+
+    /// The same with the rotary axes of the machine.
+    #[inline]
+    pub(super) fn of_axes(axes: &[RotaryAxis; 2], joints: &Joints, conditioning: Option<f64>) -> Self {
         let mut words = Self {
             X: joints.linear_mm.x,
             Y: joints.linear_mm.y,
@@ -389,7 +422,7 @@ impl JointWords {
             C: None,
             conditioning,
         };
-        for (axis, angle_rad) in machine.rotary_axes().iter().zip(joints.rotary_rad) {
+        for (axis, angle_rad) in axes.iter().zip(joints.rotary_rad) {
             let word = Some(axis.word_deg(angle_rad));
             match axis.letter {
                 RotaryLetter::A => words.A = word,
@@ -401,24 +434,24 @@ impl JointWords {
     }
 
     /// Appends the words as a JSON object: the same bytes as serde writes, with fewer copies.
-    ///
-    /// # Errors
-    /// The same as serde's printer.
-    pub(super) fn write_json(&self, out: &mut Vec<u8>) -> Result<(), serde_json::Error> {
-        let linear = [("{\"X\":", self.X), (",\"Y\":", self.Y), (",\"Z\":", self.Z)];
-        let others = [
-            (",\"A\":", self.A),
-            (",\"B\":", self.B),
-            (",\"C\":", self.C),
-            (",\"conditioning\":", self.conditioning),
-        ];
-        let others = others.into_iter().filter_map(|(key, word)| Some((key, word?)));
-        for (key, word) in linear.into_iter().chain(others) {
-            out.extend_from_slice(key.as_bytes());
-            serde_json::to_writer(&mut *out, &word)?;
+    #[inline]
+    pub(super) fn write_json(&self, out: &mut Vec<u8>) {
+        let linear = [(b"{\"X\":", self.X), (b",\"Y\":", self.Y), (b",\"Z\":", self.Z)];
+        for (key, word) in linear {
+            out.extend_from_slice(key);
+            push_number(out, word);
+        }
+        for (key, word) in [(b",\"A\":", self.A), (b",\"B\":", self.B), (b",\"C\":", self.C)] {
+            if let Some(word) = word {
+                out.extend_from_slice(key);
+                push_number(out, word);
+            }
+        }
+        if let Some(conditioning) = self.conditioning {
+            out.extend_from_slice(b",\"conditioning\":");
+            push_number(out, conditioning);
         }
         out.push(b'}');
-        Ok(())
     }
 
     /// The word of one rotary axis.

@@ -9,6 +9,7 @@ mod calibration_run;
 mod calibration_words;
 mod callback_url;
 mod cc_compensation;
+mod decimal;
 mod drive;
 mod fault;
 mod interpretation;
@@ -22,6 +23,8 @@ mod objects;
 mod one_pass;
 mod one_pass_answer;
 mod path_segment;
+mod pieces;
+mod pose_columns;
 mod posting;
 mod presets;
 mod printable;
@@ -100,6 +103,8 @@ pub use one_pass_answer::{
     NotModelledDoc,
 };
 pub use path_segment::path_segment;
+pub use pieces::write_in_pieces;
+pub use pose_columns::PoseColumns;
 pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use program_words::{Contact, Dialect, Interpolation, StepName};
@@ -125,7 +130,7 @@ pub use singularity::{
     RegionFiguresDoc, RegionsLeftDoc, SingularRegionDoc, SingularRegions, SingularityAction,
     SingularityFindings,
 };
-pub use solved_poses::SolvedPoses;
+pub use solved_poses::{PathWords, Solutions, SolvedPoses};
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use statements::{MachineStatements, StampForm, StartWords, Statements};
 pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};

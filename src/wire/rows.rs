@@ -2,7 +2,9 @@
 
 use thiserror::Error;
 
-use super::{Fault, FaultList, JointWords, Pose};
+use super::decimal::number_at;
+use super::pieces::push_number;
+use super::{Fault, FaultList, JointWords, Pose, PoseColumns};
 use crate::machine::{Machine, RotaryLetter};
 
 /// Why a table cannot be read.
@@ -19,14 +21,19 @@ pub struct RowFault {
 
 /// A kind of row: its columns, and the document that it makes.
 trait Row: Sized {
+    /// Rows that were read.
+    type Rows: Default;
     /// Name of the array that the rows represent.
     const LIST: &'static str;
     /// Names of the columns, and whether each is needed.
     const COLUMNS: &'static [(&'static str, bool)];
     fn from_cells(cells: [Option<f64>; 8]) -> Self;
+    fn add_to(self, rows: &mut Self::Rows);
+    fn count(rows: &Self::Rows) -> usize;
 }
 
 impl Row for Pose {
+    type Rows = PoseColumns;
     const LIST: &'static str = "poses";
     const COLUMNS: &'static [(&'static str, bool)] =
         &[("x", true), ("y", true), ("z", true), ("i", true), ("j", true), ("k", true)];
@@ -35,9 +42,18 @@ impl Row for Pose {
         let [x, y, z, i, j, k] = [x, y, z, i, j, k].map(Option::unwrap_or_default);
         Self { x, y, z, i, j, k }
     }
+
+    fn add_to(self, rows: &mut PoseColumns) {
+        rows.push(&self);
+    }
+
+    fn count(rows: &PoseColumns) -> usize {
+        rows.len()
+    }
 }
 
 impl Row for JointWords {
+    type Rows = Vec<Self>;
     const LIST: &'static str = "joints";
     const COLUMNS: &'static [(&'static str, bool)] = &[
         ("X", true),
@@ -54,12 +70,20 @@ impl Row for JointWords {
         let [x, y, z] = [x, y, z].map(Option::unwrap_or_default);
         Self { X: x, Y: y, Z: z, A: a, B: b, C: c, conditioning }
     }
+
+    fn add_to(self, rows: &mut Vec<Self>) {
+        rows.push(self);
+    }
+
+    fn count(rows: &Vec<Self>) -> usize {
+        rows.len()
+    }
 }
 
 /// Reads rows from chunks of bytes.
 #[derive(Debug)]
-struct Reader<T> {
-    rows: Vec<T>,
+struct Reader<T: Row> {
+    rows: T::Rows,
     max_rows: usize,
     /// Column of the upload for each column of the kind; empty before the header has been read.
     cells: Vec<usize>,
@@ -76,7 +100,7 @@ const MAX_LINE_BYTES: usize = 4096;
 impl<T: Row> Reader<T> {
     fn new(max_rows: usize) -> Self {
         Self {
-            rows: Vec::new(),
+            rows: T::Rows::default(),
             max_rows,
             cells: Vec::new(),
             line: 0,
@@ -87,7 +111,11 @@ impl<T: Row> Reader<T> {
     }
 
     fn feed(&mut self, mut chunk: &[u8]) -> Result<(), RowFault> {
-        while let Some(end) = memchr::memchr(b'\n', chunk) {
+        loop {
+            if self.partial.is_empty() {
+                chunk = self.take_plain_lines(chunk);
+            }
+            let Some(end) = memchr::memchr(b'\n', chunk) else { break };
             let (head, tail) = chunk.split_at(end);
             chunk = tail.get(1..).unwrap_or_default();
             if self.partial.is_empty() {
@@ -106,7 +134,39 @@ impl<T: Row> Reader<T> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Vec<T>, RowFault> {
+    /// Takes the lines at the beginning of the text that consist of plain numbers and commas, and returns the rest.
+    /// All other lines are read by [`Reader::take_line`], which also reads these.
+    fn take_plain_lines<'a>(&mut self, mut text: &'a [u8]) -> &'a [u8] {
+        while !self.cells.is_empty() && T::count(&self.rows) < self.max_rows {
+            let Some((cells, length)) = self.plain_line(text) else { break };
+            self.line += 1;
+            T::from_cells(cells).add_to(&mut self.rows);
+            text = text.get(length..).unwrap_or_default();
+        }
+        text
+    }
+
+    /// The cells of a line of plain numbers, and its length with its end.
+    #[inline]
+    fn plain_line(&self, text: &[u8]) -> Option<([Option<f64>; 8], usize)> {
+        let mut found = [None; 8];
+        let mut at = 0;
+        for (column, cell) in self.cells.iter().enumerate() {
+            if column > 0 {
+                (text.get(at) == Some(&b',')).then_some(())?;
+                at += 1;
+            }
+            let (number, length) = number_at(text.get(at..)?)?;
+            at += length;
+            *found.get_mut(*cell)? = Some(number);
+        }
+        if text.get(at) == Some(&b'\r') {
+            at += 1;
+        }
+        (text.get(at) == Some(&b'\n') && at <= MAX_LINE_BYTES).then_some((found, at + 1))
+    }
+
+    fn finish(mut self) -> Result<T::Rows, RowFault> {
         let last = std::mem::take(&mut self.partial);
         if !last.is_empty() {
             self.take_line(&last)?;
@@ -137,7 +197,7 @@ impl<T: Row> Reader<T> {
     }
 
     fn fault(&self, name: &str, detail: &str) -> Fault {
-        let row = if self.cells.is_empty() { String::new() } else { format!("/{}", self.rows.len()) };
+        let row = if self.cells.is_empty() { String::new() } else { format!("/{}", T::count(&self.rows)) };
         let slash = if name.is_empty() { "" } else { "/" };
         let pointer = format!("/{}{row}{slash}{name}", T::LIST);
         Fault::new(pointer, format!("line {}: {detail}", self.line.max(1)))
@@ -159,7 +219,7 @@ impl<T: Row> Reader<T> {
         if text.trim().is_empty() {
             return Ok(());
         }
-        if self.rows.len() >= self.max_rows {
+        if T::count(&self.rows) >= self.max_rows {
             let detail = format!("there are more than {} rows", self.max_rows);
             return Err(RowFault { too_many: self.faults.is_empty(), ..self.refuse("", &detail) });
         }
@@ -190,7 +250,7 @@ impl<T: Row> Reader<T> {
             let detail = format!("the row does not have the header's {} columns", self.cells.len());
             self.note("", &detail)?;
         }
-        self.rows.push(T::from_cells(found));
+        T::from_cells(found).add_to(&mut self.rows);
         Ok(())
     }
 
@@ -227,7 +287,7 @@ fn bare(text: &str) -> &str {
 }
 
 macro_rules! row_reader {
-    ($(#[doc = $doc:literal])* $name:ident of $row:ty) => {
+    ($(#[doc = $doc:literal])* $name:ident of $row:ty, $rows:ty) => {
         $(#[doc = $doc])*
         #[derive(Debug)]
         pub struct $name(Reader<$row>);
@@ -251,7 +311,7 @@ macro_rules! row_reader {
             ///
             /// # Errors
             /// Every faulty cell, or a missing header.
-            pub fn finish(self) -> Result<Vec<$row>, RowFault> {
+            pub fn finish(self) -> Result<$rows, RowFault> {
                 self.0.finish()
             }
         }
@@ -260,11 +320,11 @@ macro_rules! row_reader {
 
 row_reader! {
     /// Reads a table of poses.
-    PoseRows of Pose
+    PoseRows of Pose, PoseColumns
 }
 row_reader! {
     /// Reads a table of joints.
-    JointRows of JointWords
+    JointRows of JointWords, Vec<JointWords>
 }
 
 /// The columns of a table of joints on one machine.
@@ -314,8 +374,7 @@ fn write_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
         if index > 0 {
             out.push(b',');
         }
-        // Writing a number into memory cannot fail.
-        drop(serde_json::to_writer(&mut *out, number));
+        push_number(out, *number);
     }
     out.push(b'\n');
 }

@@ -1,5 +1,7 @@
 //! Axis words to tool poses.
 
+use std::io::Write;
+
 use axum::extract::{FromRequest, Request, State};
 use axum::response::Response;
 use serde::Serialize;
@@ -15,7 +17,9 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
 use crate::jobs::{KinematicsFault, forward};
-use crate::wire::{ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query};
+use crate::wire::{
+    ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query, write_in_pieces,
+};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
@@ -92,16 +96,21 @@ pub(super) async fn solve_forward_kinematics(
     }
     let mut printed = Printed::new(&app);
     will_take(joints.len() as u64 * size_of::<Pose>() as u64);
-    let answer = app.compute.run(move |stop| {
+    let answer = app.compute.run_in_parts(move |threads, stop| {
         let (setup, _) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
         let poses = forward(&on.machine, &setup, &joints, limits, stop)?;
         drop(joints);
-        if csv {
-            return Ok(table::print(header, &poses, printed, |text, _, pose| pose.write_row(text)));
-        }
-        let document = ForwardAnswer { machine_revision: revision, poses };
-        let text = serde_json::to_writer(&mut printed, &document);
-        Ok::<_, KinematicsFault>(text.map(|()| printed).map_err(std::io::Error::from))
+        let text = if csv {
+            printed.write_all(header).and_then(|()| {
+                write_in_pieces(poses.len(), threads, &mut printed, &|rows, text| {
+                    poses.get(rows).unwrap_or_default().iter().for_each(|pose| pose.write_row(text));
+                })
+            })
+        } else {
+            let document = ForwardAnswer { machine_revision: revision, poses };
+            serde_json::to_writer(&mut printed, &document).map_err(std::io::Error::from)
+        };
+        Ok::<_, KinematicsFault>(text.map(|()| printed))
     });
     let printed = answer.await???;
     if csv { table::table(revision, printed) } else { table::document(printed) }
@@ -122,6 +131,6 @@ async fn read(
     let options = read_query(&query)?;
     let (parts, body) = request.into_parts();
     let mut rows = JointRows::new(app.settings.max_poses);
-    feed(app, &parts, body, size_of::<JointWords>(), |chunk| rows.feed(chunk)).await?;
+    feed(app, &parts, body, 2 * size_of::<JointWords>(), |chunk| rows.feed(chunk)).await?;
     Ok((rows.finish()?, options))
 }

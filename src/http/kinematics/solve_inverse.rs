@@ -1,25 +1,28 @@
 //! Tool poses to axis words.
 
+use std::io::Write;
 use std::ops::ControlFlow;
 
-use axum::extract::{FromRequest, Request, State};
+use axum::extract::{Request, State};
 use axum::response::Response;
 use http::{HeaderName, HeaderValue};
 
 use super::table::{self, CSV, feed, is_table, offers};
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
-use crate::http::extract::{Json, Path};
+use crate::http::extract::{Path, read_document};
 use crate::http::negotiate::choose;
 use crate::http::printed::Printed;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
 use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault};
+use crate::machine::Machine;
 use crate::process::Stop;
+use crate::side_by_side::{OneAfterAnother, SideBySide};
 use crate::wire::{
-    InverseRequest, JointColumns, JointWords, KinematicsOptions, NoParameters, Pose, PoseRows, SolvedPoses,
-    read_query,
+    InverseRequest, JointColumns, KinematicsOptions, NoParameters, PoseColumns, PoseRows, Solutions,
+    SolvedPoses, read_query,
 };
 
 refusals!(
@@ -66,22 +69,20 @@ pub(super) async fn solve_inverse_kinematics(
     let trifling = task.is_trifling(poses.len());
     will_take(task.working_bytes(poses.len()));
     let (mut printed, most) = (Printed::new(&app), app.settings.max_result_bytes);
-    let solve = move |stop: &Stop<'_>| {
-        let answer = task.solve(poses, limits, stop)?;
-        let InverseAnswer { joints, ends, warnings } = answer;
+    let solve = move |threads: &dyn SideBySide, stop: &Stop<'_>| {
+        let InverseAnswer { solutions, warnings } = task.solve(poses, limits, stop)?;
         if csv {
-            let columns = JointColumns::new(task.machine(), ends.is_some());
-            return Ok((rows(columns, &joints, ends.as_deref(), most, printed), Some(warnings.len())));
+            let printed = rows(task.machine(), &solutions, most, threads, printed);
+            return Ok((printed, Some(warnings.len())));
         }
-        let document = SolvedPoses::new(revision, joints, ends, warnings);
-        let text = document.write_json(&mut printed);
+        let text = SolvedPoses::new(revision, solutions, warnings).write_json(threads, &mut printed);
         Ok::<_, KinematicsFault>((text.map(|()| printed).map_err(Problem::from), None))
     };
     let solved = if trifling {
-        solve(&|| ControlFlow::Continue(()))
+        solve(&OneAfterAnother, &|| ControlFlow::Continue(()))
     } else {
         // Boxed: otherwise its memory would be part of every small request's.
-        Box::pin(app.compute.run(solve)).await?
+        Box::pin(app.compute.run_in_parts(|threads, stop| solve(threads, stop))).await?
     };
     let (printed, warnings) = solved?;
     let printed = printed?;
@@ -94,42 +95,36 @@ pub(super) async fn solve_inverse_kinematics(
 
 /// The table, if it does not exceed the largest length of a result.
 fn rows(
-    columns: JointColumns,
-    joints: &[JointWords],
-    ends: Option<&[usize]>,
+    machine: &Machine,
+    solutions: &Solutions,
     most: u64,
-    printed: Printed,
+    threads: &dyn SideBySide,
+    mut printed: Printed,
 ) -> Result<Printed, Problem> {
+    let columns = JointColumns::new(machine, matches!(solutions, Solutions::All { .. }));
     let mut header = Vec::new();
     columns.write_header(&mut header);
-    table::within(most, table::most_bytes(&header, joints.len()))?;
-    let mut pose = 0;
-    let printed = table::print(&header, joints, printed, |text, row, words| {
-        if let Some(ends) = ends {
-            while ends.get(pose).is_some_and(|end| *end <= row) {
-                pose += 1;
-            }
-        }
-        columns.write_row(text, pose, words);
-    });
-    Ok(printed?)
+    table::within(most, table::most_bytes(&header, solutions.count()))?;
+    printed.write_all(&header)?;
+    solutions.write_rows(columns, threads, &mut printed)?;
+    Ok(printed)
 }
 
 async fn read(
     app: &AppState,
     table: bool,
     request: Request,
-) -> Result<(Vec<Pose>, KinematicsOptions), Problem> {
+) -> Result<(PoseColumns, KinematicsOptions), Problem> {
     let query = request.uri().query().unwrap_or_default().to_owned();
     if !table {
         let NoParameters {} = read_query(&query)?;
-        let Json(document) = Json::<InverseRequest>::from_request(request, app).await?;
+        let document = read_document(request, app, InverseRequest::read).await?;
         let options = document.options();
         return Ok((document.poses, options));
     }
     let options = read_query(&query)?;
     let (parts, body) = request.into_parts();
     let mut rows = PoseRows::new(app.settings.max_poses);
-    feed(app, &parts, body, size_of::<Pose>(), |chunk| rows.feed(chunk)).await?;
+    feed(app, &parts, body, PoseColumns::GROWING_BYTES, |chunk| rows.feed(chunk)).await?;
     Ok((rows.finish()?, options))
 }

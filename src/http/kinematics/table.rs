@@ -1,7 +1,5 @@
 //! The part that both directions share: a body of JSON or CSV in, rows out.
 
-use std::io::{self, Write};
-
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use http::header::{CONTENT_LENGTH, CONTENT_TYPE};
@@ -23,9 +21,6 @@ pub(super) const CSV: &str = "text/csv";
 /// The revision that was used, for a body that has no member for it.
 const REVISION: HeaderName = HeaderName::from_static("trunnion-machine-revision");
 
-/// Bytes printed at a time.
-const PRINTED_AT_ONCE: usize = 64 << 10;
-
 /// Whether the body is a table; a body that is neither JSON nor CSV is refused.
 pub(super) fn is_table(headers: &HeaderMap) -> Result<bool, Problem> {
     match media_type(headers).as_deref() {
@@ -44,7 +39,7 @@ pub(super) fn offers(table: bool) -> &'static [&'static str] {
     if table { &[CSV, "application/json"] } else { ANSWERS }
 }
 
-/// Feeds a body to a reader of rows, chunk by chunk.
+/// Feeds a body to a reader of rows, chunk by chunk. `row_bytes` is the memory of a row while their list grows.
 pub(super) async fn feed(
     app: &AppState,
     parts: &Parts,
@@ -64,8 +59,7 @@ pub(super) async fn feed(
             return Err(incoming.refuse_length(limit).await);
         }
         // Memory for rows is reserved as they arrive, for many rows at a time.
-        // Twice, because their list grows by doubling and is moved.
-        unpaid += 2 * memchr::memchr_iter(b'\n', &chunk).count() * row_bytes;
+        unpaid += memchr::memchr_iter(b'\n', &chunk).count() * row_bytes;
         if unpaid > PAID_AT_ONCE {
             if let Err(fault) = memory::keep(unpaid as u64) {
                 incoming.swallow().await;
@@ -100,25 +94,6 @@ pub(super) fn within(limit: u64, length: u64) -> Result<(), Problem> {
 pub(super) fn most_bytes(header: &[u8], rows: usize) -> u64 {
     let cells = header.split(|byte| *byte == b',').count();
     (rows as u64).saturating_mul((cells * CELL) as u64).saturating_add(header.len() as u64)
-}
-
-/// Prints rows after their header.
-pub(super) fn print<T>(
-    header: &[u8],
-    rows: &[T],
-    mut printed: Printed,
-    mut print: impl FnMut(&mut Vec<u8>, usize, &T),
-) -> io::Result<Printed> {
-    let mut text = header.to_vec();
-    for (index, row) in rows.iter().enumerate() {
-        print(&mut text, index, row);
-        if text.len() >= PRINTED_AT_ONCE {
-            printed.write_all(&text)?;
-            text.clear();
-        }
-    }
-    printed.write_all(&text)?;
-    Ok(printed)
 }
 
 /// The answer of a table.

@@ -1,0 +1,105 @@
+//! Rows as text: numbers as JSON writes them, many rows in pieces that are printed side by side and written in order.
+
+use std::io::{self, Write};
+use std::ops::Range;
+
+use crate::side_by_side::SideBySide;
+
+/// Rows printed at a time: their text is about 300 kB, which stays in the cache until it is written.
+const PIECE_ROWS: usize = 2048;
+
+/// Appends a number as JSON: the same bytes as serde writes.
+#[inline]
+pub(super) fn push_number(out: &mut Vec<u8>, number: f64) {
+    let mut digits = zmij::Buffer::new();
+    let text = if number.is_finite() { digits.format_finite(number) } else { "null" };
+    out.extend_from_slice(text.as_bytes());
+}
+
+/// Writes the text of so many rows. `print` appends the rows of a range to a text. A round of pieces is printed while
+/// the round before is written.
+///
+/// # Errors
+/// The writer's.
+pub fn write_in_pieces(
+    rows: usize,
+    threads: &dyn SideBySide,
+    writer: &mut (impl Write + Send),
+    print: &(impl Fn(Range<usize>, &mut Vec<u8>) + Sync),
+) -> io::Result<()> {
+    if rows <= PIECE_ROWS {
+        let mut text = Vec::new();
+        print(0..rows, &mut text);
+        return writer.write_all(&text);
+    }
+    let width = threads.parts().min(rows.div_ceil(PIECE_ROWS));
+    let mut printed = vec![Vec::new(); width];
+    let mut before = vec![Vec::new(); width];
+    let mut begin = 0;
+    // The last round only writes.
+    while begin < rows || before.iter().any(|text| !text.is_empty()) {
+        let mut written = Ok(());
+        let mut parts: Vec<Box<dyn FnOnce() + Send>> = Vec::with_capacity(width + 1);
+        let (texts, kept, writer) = (&before, &mut written, &mut *writer);
+        parts.push(Box::new(move || *kept = texts.iter().try_for_each(|text| writer.write_all(text))));
+        for text in &mut printed {
+            text.clear();
+            let piece = begin..rows.min(begin + PIECE_ROWS);
+            begin = piece.end;
+            if !piece.is_empty() {
+                parts.push(Box::new(move || print(piece, text)));
+            }
+        }
+        threads.run(parts);
+        written?;
+        std::mem::swap(&mut printed, &mut before);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::side_by_side::OneAfterAnother;
+
+    /// So many parts, in the reverse order.
+    struct Backwards(usize);
+
+    impl SideBySide for Backwards {
+        fn parts(&self) -> usize {
+            self.0
+        }
+
+        fn run<'a>(&self, parts: Vec<Box<dyn FnOnce() + Send + 'a>>) {
+            parts.into_iter().rev().for_each(|part| part());
+        }
+    }
+
+    fn print(rows: Range<usize>, text: &mut Vec<u8>) {
+        for row in rows {
+            push_number(text, row as f64);
+            text.push(b'\n');
+        }
+    }
+
+    #[test]
+    fn pieces_leave_in_order_whoever_prints_them() {
+        for rows in [0, 1, PIECE_ROWS, PIECE_ROWS + 1, 5 * PIECE_ROWS, 7 * PIECE_ROWS - 1] {
+            let mut whole = Vec::new();
+            print(0..rows, &mut whole);
+            for parts in 1..5 {
+                for threads in [&Backwards(parts) as &dyn SideBySide, &OneAfterAnother] {
+                    let mut text = Vec::new();
+                    write_in_pieces(rows, threads, &mut text, &print).unwrap();
+                    assert!(text == whole, "{rows} rows, {parts} parts");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_writer_s_fault_is_returned() {
+        let mut full: &mut [u8] = &mut [0; 100_000];
+        assert!(write_in_pieces(10 * PIECE_ROWS, &Backwards(2), &mut full, &print).is_err());
+    }
+}
