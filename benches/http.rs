@@ -247,12 +247,16 @@ async fn over_http(time: Duration) -> Result<(), Failure> {
     Ok(())
 }
 
-/// From the start of the process to its first answer \[ms\], and its memory then \[MiB\].
+/// From then on a service without requests is idle.
+const IDLE_AFTER: Duration = Duration::from_secs(2);
+
+/// From the start of the process to its first answer \[ms\], and its memory once it idles \[MiB\].
 async fn whole_process() -> Result<(), Failure> {
     let (mut ready_ms, mut idle_mib) = (Vec::new(), Vec::new());
     for _ in 0..2 * ROUNDS {
         let (running, took_ms) = Running::start("warn").await?;
         ready_ms.push(took_ms);
+        tokio::time::sleep(IDLE_AFTER).await;
         idle_mib.push(running.memory_mib("VmRSS"));
     }
     let binary_mb = std::fs::metadata(binary())?.len() as f64 / 1e6;

@@ -18,6 +18,8 @@ mod allocator {
     const GIVEN_BACK_FROM_BYTES: libc::c_int = 1 << 20;
     /// Time between two looks at the memory of the process.
     const EVERY: Duration = Duration::from_secs(10);
+    /// Then the service has started. What the start freed, such as the description of the interface, is given back.
+    const AFTER_START: Duration = Duration::from_secs(1);
     /// Below this memory of the process, shorter blocks are not given back: an idle service has a quarter of it
     /// \[bytes\].
     const KEPT_BELOW_BYTES: u64 = 128 << 20;
@@ -33,6 +35,9 @@ mod allocator {
     /// start kept 292 MiB.
     pub(super) fn give_back_short_blocks() {
         let run = || {
+            std::thread::sleep(AFTER_START);
+            // SAFETY: it may be called from any thread, at any time.
+            let _whether_any = unsafe { libc::malloc_trim(0) };
             loop {
                 std::thread::sleep(EVERY);
                 if trunnion::meter::resident_bytes().is_none_or(|bytes| bytes >= KEPT_BELOW_BYTES) {

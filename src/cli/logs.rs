@@ -6,6 +6,7 @@ use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt;
 use tracing_subscriber::prelude::*;
 
+use super::log_fields::PlainFields;
 use super::log_lines::{LogLines, WrittenAtEnd};
 use crate::config::{LogFormat, Settings};
 
@@ -21,7 +22,7 @@ pub(super) fn open(settings: &Settings) -> std::io::Result<WrittenAtEnd<Stderr>>
     let log = LogLines::new(stderr())?;
     let lines = fmt::layer().with_ansi(stderr().is_terminal()).with_writer(log.clone());
     let opened = match settings.log_format {
-        LogFormat::Text => registry.with(lines.with_filter(filter)).try_init(),
+        LogFormat::Text => registry.with(lines.fmt_fields(PlainFields).with_filter(filter)).try_init(),
         LogFormat::Json => registry.with(lines.json().with_filter(filter)).try_init(),
     };
     if opened.is_ok() {

@@ -8,6 +8,7 @@ mod doctor;
 mod fault;
 mod health;
 mod keys;
+mod log_fields;
 mod log_lines;
 mod logs;
 mod migrate;

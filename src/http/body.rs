@@ -248,9 +248,15 @@ pub(super) fn content_length(headers: &HeaderMap) -> Option<u64> {
     headers.get(CONTENT_LENGTH)?.to_str().ok()?.parse().ok()
 }
 
+/// The content type of most bodies, recognised before it is taken apart.
+const JSON: &str = "application/json";
+
 /// Essence of the content type, lower case: `text/csv` for `Text/CSV; charset=utf-8`.
 pub(super) fn media_type(headers: &HeaderMap) -> Option<Cow<'_, str>> {
     let value = headers.get(CONTENT_TYPE)?;
+    if value == JSON {
+        return Some(JSON.into());
+    }
     let essence = value.to_str().unwrap_or("unreadable/unreadable").split(';').next()?.trim();
     if essence.bytes().any(|byte| byte.is_ascii_uppercase()) {
         return Some(essence.to_ascii_lowercase().into());

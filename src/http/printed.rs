@@ -23,13 +23,15 @@ const IN_MEMORY: usize = 1 << 20;
 const PAID_ALREADY: u64 = 64 << 10;
 /// Answers up to this length reserve no memory after they are made \[bytes\].
 const TRIFLE: u64 = 1 << 10;
+/// Memory with which an answer begins \[bytes\].
+const SMALL_ANSWER: usize = 512;
 /// Bytes read from a file at a time.
 pub(super) const CHUNK: usize = 32 << 10;
 
 /// An answer that is being printed.
 #[derive(Debug)]
 pub(super) struct Printed {
-    directory: PathBuf,
+    app: AppState,
     text: Vec<u8>,
     file: Option<File>,
     length: u64,
@@ -39,8 +41,13 @@ pub(super) struct Printed {
 impl Printed {
     /// An empty answer, limited to the largest length of a result.
     pub(super) fn new(app: &AppState) -> Self {
-        let (directory, limit) = (spool(app), app.settings.max_result_bytes);
-        Self { directory, text: Vec::new(), file: None, length: 0, limit }
+        Self {
+            app: app.clone(),
+            text: Vec::new(),
+            file: None,
+            length: 0,
+            limit: app.settings.max_result_bytes,
+        }
     }
 
     /// The answer's body, and its length.
@@ -58,7 +65,7 @@ impl Printed {
     fn write_out(&mut self) -> io::Result<()> {
         let file = match &mut self.file {
             Some(file) => file,
-            None => self.file.insert(tempfile::tempfile_in(&self.directory)?),
+            None => self.file.insert(tempfile::tempfile_in(spool(&self.app))?),
         };
         file.write_all(&self.text)?;
         self.text.clear();
@@ -77,6 +84,9 @@ impl Write for Printed {
         if let (Some(file), true) = (&mut self.file, self.text.is_empty() && bytes.len() >= CHUNK) {
             file.write_all(bytes)?;
             return Ok(bytes.len());
+        }
+        if self.text.capacity() == 0 {
+            self.text.reserve(bytes.len().max(SMALL_ANSWER));
         }
         self.text.extend_from_slice(bytes);
         if self.text.len() >= IN_MEMORY {

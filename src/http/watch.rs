@@ -35,12 +35,13 @@ pub(super) async fn watch<Answered: Future<Output = Response>>(
     let client_request_id = client_request_id(request.headers()).map(ToOwned::to_owned);
     let matched = request.extensions().get::<MatchedPath>().cloned();
     let route = matched.as_ref().map(MatchedPath::as_str);
-    let path = request.uri().path().to_owned();
+    // Clones of the address share its bytes.
+    let address = request.uri().clone();
     let mut watched = Watched {
         app,
         route,
         series: app.operations().of(route, request.method()),
-        subject: route.map_or_else(Subject::default, |pattern| Subject::of(pattern, &path)),
+        subject: route.map_or_else(Subject::default, |pattern| Subject::of(pattern, address.path())),
         request_id: request_id.as_str(),
         client_request_id: client_request_id.as_deref(),
         trace,

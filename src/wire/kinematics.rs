@@ -16,6 +16,8 @@ const MAX_COORDINATE_MM: f64 = 1e6;
 const MAX_AXIS_COMPONENT: f64 = 1e6;
 /// A tool axis shorter than this counts as a zero vector.
 const MIN_AXIS_LENGTH: f64 = 1e-9;
+/// For a shorter document the faster way is not faster \[bytes\].
+const SMALL_BYTES: usize = 2048;
 /// Largest rotary word that is accepted (deg).
 const MAX_ROTARY_DEG: f64 = Machine::MAX_TRAVEL_DEG;
 
@@ -239,6 +241,9 @@ impl InverseRequest {
     /// # Errors
     /// The first fault.
     pub fn read(text: &[u8]) -> Result<Self, Unreadable> {
+        if text.len() < SMALL_BYTES {
+            return read_json(text);
+        }
         Self::read_poses_apart(text).map_or_else(|| read_json(text), Ok)
     }
 

@@ -7,6 +7,8 @@ use crate::side_by_side::SideBySide;
 
 /// Rows printed at a time: their text is about 300 kB, which stays in the cache until it is written.
 const PIECE_ROWS: usize = 2048;
+/// Bytes of a printed row, as a rule.
+const ROW_BYTES: usize = 160;
 
 /// Appends a number as JSON: the same bytes as serde writes.
 #[inline]
@@ -28,13 +30,14 @@ pub fn write_in_pieces(
     print: &(impl Fn(Range<usize>, &mut Vec<u8>) + Sync),
 ) -> io::Result<()> {
     if rows <= PIECE_ROWS {
-        let mut text = Vec::new();
+        let mut text = Vec::with_capacity(rows * ROW_BYTES);
         print(0..rows, &mut text);
         return writer.write_all(&text);
     }
     let width = threads.parts().min(rows.div_ceil(PIECE_ROWS));
-    let mut printed = vec![Vec::new(); width];
-    let mut before = vec![Vec::new(); width];
+    let texts =
+        || -> Vec<Vec<u8>> { (0..width).map(|_| Vec::with_capacity(PIECE_ROWS * ROW_BYTES)).collect() };
+    let (mut printed, mut before) = (texts(), texts());
     let mut begin = 0;
     // The last round only writes.
     while begin < rows || before.iter().any(|text| !text.is_empty()) {

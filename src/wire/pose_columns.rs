@@ -160,3 +160,66 @@ impl<'de> Deserialize<'de> for PoseColumns {
         deserializer.deserialize_seq(Elements)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::wire::{InverseRequest, read_json};
+
+    /// A document that is long enough for the faster way, around these poses.
+    fn document(before: &str, poses: &str, after: &str) -> String {
+        format!("{{{before}\"poses\"{poses}{after}}}{}", " ".repeat(3000))
+    }
+
+    #[test]
+    fn the_faster_way_reads_what_serde_reads_and_refuses_what_serde_refuses() {
+        let pose = r#"{"x":1,"y":-2.5,"z":3e2,"i":0,"j":0.1,"k":0.99}"#;
+        let turned =
+            r#" { "k" : 1.0 , "x":0.30000000000000004,"y": 12345678901234567890,"z":-0,"i":1e-7,"j":0 } "#;
+        let zero = r#"{"x":1e300,"y":0,"z":0,"i":0,"j":0,"k":0}"#;
+        let lists = [
+            ":[]".to_owned(),
+            " :\n[ ]".to_owned(),
+            format!(":[{pose}]"),
+            format!(":[{pose},{turned},{pose}]"),
+            format!(":[{pose},{zero}]"),
+            format!(":[{pose},]"),
+            format!(":[{pose} {pose}]"),
+            format!(":[{pose}"),
+            format!(":{pose}"),
+            ":null".to_owned(),
+            r#":[{"x":1,"y":2,"z":3,"i":0,"j":0}]"#.to_owned(),
+            r#":[{"x":1,"x":1,"y":2,"z":3,"i":0,"j":0,"k":1}]"#.to_owned(),
+            r#":[{"x":01,"y":2,"z":3,"i":0,"j":0,"k":1}]"#.to_owned(),
+            r#":[{"x":1e999,"y":2,"z":3,"i":0,"j":0,"k":1}]"#.to_owned(),
+            r#":[{"x":"1","y":2,"z":3,"i":0,"j":0,"k":1}]"#.to_owned(),
+            r#":[{"x":1,"y":2,"z":3,"i":0,"j":0,"k":1,"l":1}]"#.to_owned(),
+            r#":[{"\u0078":1,"y":2,"z":3,"i":0,"j":0,"k":1}]"#.to_owned(),
+            r#":[[1,2,3,0,0,1]]"#.to_owned(),
+        ];
+        let around = [
+            ("", ""),
+            (r#""work_offset_mm":[1,2,3],"#, r#","selection":"all""#),
+            (r#""tool_length_mm":5 , "#, r#","tool_length_mm":5"#),
+            (r#""start":{"A":1,"C":2},"#, ""),
+            (r#""start":{"poses":[]},"#, ""),
+            (r#""start":{"A":1,"#, "}"),
+            (r#""selection":"\"poses\":[]","#, ""),
+            (r#""selektion":1,"#, ""),
+            ("\u{b}", ""),
+            ("", r#","poses":[]"#),
+            ("", ",\u{e9}"),
+            ("", "} x"),
+        ];
+        for list in &lists {
+            for (before, after) in around {
+                let text = document(before, list, after);
+                let (fast, serde) = (InverseRequest::read(text.as_bytes()), read_json(text.as_bytes()));
+                assert_eq!(fast, serde, "{text}");
+            }
+        }
+        let many = format!(":[{}]", vec![turned; 500].join(","));
+        let read = InverseRequest::read(document("", &many, "").as_bytes()).unwrap();
+        assert_eq!(read.poses.len(), 500);
+        assert_eq!(read.poses.lanes.x_mm, [0.1 + 0.2; 500]);
+    }
+}

@@ -378,3 +378,62 @@ fn write_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
     }
     out.push(b'\n');
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rows of a table that comes in pieces of this length, or its faults.
+    fn read(text: &str, piece: usize) -> Result<PoseColumns, RowFault> {
+        let mut rows = PoseRows::new(50);
+        text.as_bytes().chunks(piece).try_for_each(|chunk| rows.feed(chunk))?;
+        rows.finish()
+    }
+
+    #[test]
+    fn plain_lines_give_what_every_other_line_gives() {
+        let lines = [
+            "1,2,3,0,0.5,1",
+            "-1.25,1e3,0.30000000000000004,0,-0,12345678.12345678",
+            "1,2,3,0,0,0",
+            "1e9,2,3,0,0,1",
+            "007,2,3,0,0,1",
+            "+1,2,3,0,0,1",
+            ".5,2.,3,0,0,1",
+            "1,2,3,0,0",
+            "1,2,3,0,0,1,1",
+            "1,,3,0,0,1",
+            "1,2,x,0,0,1",
+            "1e999,2,3,0,0,1",
+            "",
+        ];
+        let quoted = |line: &str| -> String {
+            let cells = line
+                .split(',')
+                .map(|cell| if cell.is_empty() { String::new() } else { format!("\"{cell}\"") });
+            cells.collect::<Vec<_>>().join(",")
+        };
+        for header in ["x,y,z,i,j,k", "k,j,i,z,y,x"] {
+            for first in lines {
+                for second in lines {
+                    for end in ["\n", "\r\n"] {
+                        let plain = [header, first, second, first, second].join(end);
+                        // No line with quotation marks is a plain line.
+                        let (one, two) = (quoted(first), quoted(second));
+                        let other = [header, &one, &two, &one, &two].join(end);
+                        let whole = read(&plain, 10_000);
+                        assert_eq!(whole, read(&other, 10_000), "{plain:?}");
+                        for piece in [1, 7, 20] {
+                            assert_eq!(whole, read(&plain, piece), "{plain:?}");
+                        }
+                    }
+                }
+            }
+        }
+        let most = format!("x,y,z,i,j,k\n{}", "1,2,3,0,0,1\n".repeat(51));
+        assert!(read(&most, 10_000).unwrap_err().too_many);
+        assert_eq!(read(&most[..most.len() - 12], 10_000).unwrap().len(), 50);
+        let long = format!("x,y,z,i,j,k\n1,2,3,0,0,0.{}\n", "1".repeat(5000));
+        assert!(read(&long, 10_000).unwrap_err().faults[0].detail.contains("longer than"));
+    }
+}

@@ -109,9 +109,13 @@ pub(super) fn document(printed: Printed) -> Result<Response, Problem> {
     answer(HeaderValue::from_static("application/json"), printed)
 }
 
+/// Fields of an answer's header, with those that are added to every answer.
+const HEADERS: usize = 12;
+
 fn answer(kind: HeaderValue, printed: Printed) -> Result<Response, Problem> {
     let (body, length) = printed.into_body()?;
     let mut response = body.into_response();
+    response.headers_mut().reserve(HEADERS);
     response.headers_mut().insert(CONTENT_TYPE, kind);
     response.headers_mut().insert(CONTENT_LENGTH, HeaderValue::from(length));
     Ok(response)
