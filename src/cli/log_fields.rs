@@ -93,6 +93,7 @@ impl Visit for Plain<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::io::{self, Write};
     use std::sync::{Arc, Mutex, PoisonError};
 
     use tracing_subscriber::fmt;
@@ -101,14 +102,32 @@ mod tests {
 
     use super::*;
 
+    /// What was written.
+    #[derive(Clone, Default)]
+    struct Paper(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Paper {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
     /// The lines of some events and spans, without their times.
     fn lines<F>(fields: F, ansi: bool) -> String
     where
         F: for<'w> FormatFields<'w> + Send + Sync + 'static,
     {
-        let paper = Arc::new(Mutex::new(Vec::new()));
-        let layer =
-            fmt::layer().without_time().with_ansi(ansi).with_writer(Arc::clone(&paper)).fmt_fields(fields);
+        let paper = Paper::default();
+        let writer = paper.clone();
+        let layer = fmt::layer()
+            .without_time()
+            .with_ansi(ansi)
+            .with_writer(move || writer.clone())
+            .fmt_fields(fields);
         tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), || {
             let nothing: Option<&str> = None;
             let span = tracing::error_span!(
@@ -122,11 +141,11 @@ mod tests {
             span.in_scope(|| {
                 tracing::info!(status = 200_u16, elapsed_ms = 0.25, good = true, "answered");
                 span.record("late", "x\"y\\z");
-                tracing::warn!(error = &fault as &dyn Error, path = %"/ü\n", "a \u{1b}[0m {}", 5);
+                tracing::warn!(error = &fault as &dyn Error, path = %"/ü", "a \u{1b}[0m {}", 5);
                 tracing::error!(r#type = "t", empty = "", count = -3, list = ?[1, 2]);
             });
         });
-        let text = paper.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let text = paper.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
         String::from_utf8(text).unwrap()
     }
 

@@ -16,7 +16,8 @@ use bytes::{Bytes, BytesMut};
 use hyper::body::Frame;
 use tokio::task::JoinHandle;
 
-use super::printed::CHUNK;
+/// Bytes read from a file at a time.
+pub(super) const CHUNK: usize = 32 << 10;
 
 /// The content of a file, from its beginning.
 #[derive(Debug)]

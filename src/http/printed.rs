@@ -13,7 +13,7 @@ use http::header::CONTENT_LENGTH;
 use tokio::sync::Semaphore;
 
 use super::AppState;
-use super::file_body::FileBody;
+use super::file_body::{CHUNK, FileBody};
 use super::problem::Problem;
 use crate::jobs::memory::{Account, REQUEST_BYTES};
 
@@ -25,8 +25,6 @@ const PAID_ALREADY: u64 = 64 << 10;
 const TRIFLE: u64 = 1 << 10;
 /// Memory with which an answer begins \[bytes\].
 const SMALL_ANSWER: usize = 512;
-/// Bytes read from a file at a time.
-pub(super) const CHUNK: usize = 32 << 10;
 
 /// An answer that is being printed.
 #[derive(Debug)]

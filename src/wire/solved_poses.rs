@@ -180,8 +180,13 @@ impl SolvedPoses {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::Preset;
     use crate::side_by_side::OneAfterAnother;
-    use crate::wire::{MachineProfile, PoseWarningKind, example_machine};
+    use crate::wire::PoseWarningKind;
+
+    fn machine() -> Machine {
+        Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
+    }
 
     /// Words with numbers of every kind.
     fn words(count: usize) -> PathWords {
@@ -193,8 +198,7 @@ mod tests {
             path.joints.push(five(), [0.5, -1.25]);
             path.conditioning.push(next.next().unwrap_or_default());
         }
-        let profile: MachineProfile = example_machine();
-        PathWords::new(&profile.to_core().unwrap(), path)
+        PathWords::new(&machine(), path)
     }
 
     #[test]
@@ -220,8 +224,7 @@ mod tests {
         let joints: Vec<_> = (0..5000).filter_map(|_| words(1).get(0)).collect();
         // Two, one and one solution in turns; the first pose has none.
         let ends: Vec<_> = (0..3751).map(|pose| (pose * 4 + 2) / 3).collect();
-        let profile: MachineProfile = example_machine();
-        let columns = JointColumns::new(&profile.to_core().unwrap(), true);
+        let columns = JointColumns::new(&machine(), true);
         let mut text = Vec::new();
         let all = Solutions::All { joints, ends: ends.clone() };
         all.write_rows(columns, &OneAfterAnother, &mut text).unwrap();
