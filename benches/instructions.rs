@@ -5,6 +5,7 @@
 //! Digests are left out. Processors compute them with instructions of their own, which are not counted as they are.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -44,7 +45,7 @@ pub(super) fn compare(folder: &Path, profile: &Path, rows: &[Row]) -> Result<(),
             number.map_or_else(|| "–".to_owned(), |number| format!("{number:.digits$}"))
         };
         println!("| {} | {blocks} | {each:.0} | {} | {} |", row.name(), told(before, 0), told(ratio, 3));
-        text.push_str(&format!("{each:.0} {}\n", row.name()));
+        writeln!(text, "{each:.0} {}", row.name())?;
         if ratio.is_some_and(|ratio| ratio > ALLOWED) {
             more.push(row.name());
         }

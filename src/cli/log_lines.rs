@@ -189,7 +189,7 @@ mod tests {
         let text = String::from_utf8(locked(&paper.0).clone()).unwrap();
         let mut next = [0; 4];
         for line in text.lines() {
-            let mut words = line.split(' ').map(|word| word.parse::<usize>());
+            let mut words = line.split(' ').map(str::parse::<usize>);
             let (thread, number) = (words.next().unwrap().unwrap(), words.next().unwrap().unwrap());
             assert_eq!(next[thread], number);
             next[thread] += 1;

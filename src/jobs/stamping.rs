@@ -58,7 +58,7 @@ impl Stamping<'_> {
     ) -> Result<StampedOutput, JobFault> {
         let is_long = self.form != StampForm::None && place.program.length > HEAD_BYTES;
         let expected = if is_long { self.expected(place, steps, setup, resolve)? } else { None };
-        Ok(StampedOutput { draft: place.output()?, head: Vec::new(), expected, written: None })
+        Ok(StampedOutput { draft: place.output()?, head: Vec::new(), expected, state: HeadState::Waits })
     }
 
     /// The stamp that the whole program will probably get, as far as its head can be understood.
@@ -125,15 +125,22 @@ pub(super) struct StampedOutput {
     /// The first bytes of the program, without a stamp: 64 KiB, or all of them.
     head: Vec<u8>,
     expected: Option<(Dialect, Stamp)>,
-    /// The head has left, with this stamp or without one.
-    written: Option<Option<StampPlace>>,
+    state: HeadState,
+}
+
+/// Whether the head of a program has left.
+enum HeadState {
+    /// It waits to be complete.
+    Waits,
+    /// It has left with this stamp, or without one.
+    HasLeft(Option<StampPlace>),
 }
 
 impl StampedOutput {
     /// The head and its stamp leave.
     fn write_head(&mut self, stands: Option<StampPlace>) -> io::Result<()> {
         write_with_stamp(&self.head, stands.as_ref(), &mut self.draft)?;
-        self.written = Some(stands);
+        self.state = HeadState::HasLeft(stands);
         Ok(())
     }
 
@@ -145,13 +152,13 @@ impl StampedOutput {
         place: &Workplace<'_>,
     ) -> Result<Draft, JobFault> {
         let stands = stamp.and_then(|stamp| place_stamp(&self.head, dialect, stamp));
-        match self.written.take() {
-            None => {
+        match std::mem::replace(&mut self.state, HeadState::Waits) {
+            HeadState::Waits => {
                 self.write_head(stands).map_err(CompensatorFault::Io)?;
                 written(self.draft)
             }
-            Some(expected) if expected == stands => written(self.draft),
-            Some(other) => {
+            HeadState::HasLeft(expected) if expected == stands => written(self.draft),
+            HeadState::HasLeft(other) => {
                 let text = written(self.draft)?;
                 let mut output = place.output()?;
                 let copy = || -> io::Result<()> {
@@ -178,7 +185,7 @@ fn write_with_stamp(head: &[u8], stands: Option<&StampPlace>, out: &mut impl Wri
 
 impl Write for StampedOutput {
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
-        if self.written.is_some() {
+        if matches!(self.state, HeadState::HasLeft(_)) {
             return self.draft.write(text);
         }
         let room = usize::try_from(HEAD_BYTES).unwrap_or(usize::MAX) - self.head.len();

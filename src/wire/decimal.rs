@@ -58,7 +58,8 @@ struct Digits {
 impl Digits {
     #[inline]
     fn take(&mut self, text: &[u8]) {
-        while let Some(eight) = text.get(self.at..).and_then(|rest| rest.first_chunk()).and_then(eight_digits)
+        while let Some(eight) =
+            text.get(self.at..).and_then(|rest| rest.first_chunk().copied()).and_then(eight_digits)
         {
             self.value = self.value.wrapping_mul(100_000_000).wrapping_add(eight);
             self.at += 8;
@@ -74,8 +75,8 @@ impl Digits {
 
 /// The number of eight digits, if all eight bytes are digits: two, four, then eight of them become one number.
 #[inline]
-fn eight_digits(bytes: &[u8; 8]) -> Option<u64> {
-    let word = u64::from_le_bytes(*bytes);
+fn eight_digits(bytes: [u8; 8]) -> Option<u64> {
+    let word = u64::from_le_bytes(bytes);
     let high = word & 0xf0f0_f0f0_f0f0_f0f0;
     let above_nine = word.wrapping_add(0x0606_0606_0606_0606) & 0xf0f0_f0f0_f0f0_f0f0;
     if high != 0x3030_3030_3030_3030 || above_nine != 0x3030_3030_3030_3030 {

@@ -102,7 +102,8 @@ mod tests {
 
     #[test]
     fn the_writer_s_fault_is_returned() {
-        let mut full: &mut [u8] = &mut [0; 100_000];
+        let mut room = vec![0; 100_000];
+        let mut full = room.as_mut_slice();
         assert!(write_in_pieces(10 * PIECE_ROWS, &Backwards(2), &mut full, &print).is_err());
     }
 }

@@ -14,6 +14,7 @@ use crate::side_by_side::SideBySide;
 
 /// Solutions of poses, in the form that takes the least memory.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each request")]
 pub enum Solutions {
     /// One solution for each pose.
     Path(PathWords),
@@ -223,7 +224,7 @@ mod tests {
     fn a_table_names_the_pose_of_every_solution() {
         let joints: Vec<_> = (0..5000).filter_map(|_| words(1).get(0)).collect();
         // Two, one and one solution in turns; the first pose has none.
-        let ends: Vec<_> = (0..3751).map(|pose| (pose * 4 + 2) / 3).collect();
+        let ends: Vec<_> = (0..3751).map(|pose| (pose * 4_usize).div_ceil(3)).collect();
         let columns = JointColumns::new(&machine(), true);
         let mut text = Vec::new();
         let all = Solutions::All { joints, ends: ends.clone() };

@@ -90,15 +90,16 @@ impl<'a> Collector<'a> {
         }
         let Some(turning) = Turning::of(motions) else { return false };
         let machine = self.cutting.machine;
-        let ends = [turning.least_deg, turning.most_deg].map(|words| rotary_rad(machine, words));
-        let ranges = [0, 1].map(|end| {
-            [0, 1].map(|k| if end == 0 { ends[0][k].min(ends[1][k]) } else { ends[0][k].max(ends[1][k]) })
-        });
-        let turns_rad = turning.turn_deg.map(f64::to_radians);
+        // The words of a reversed axis fall where its angle rises.
+        let [a, b] = turning.range.map(|words| rotary_rad(machine, words));
+        let ranges = [[a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])]];
+        let turns_rad = turning.turn.map(f64::to_radians);
         if !self.set_ups.now.kinematics.all_stay_outside(&self.zone, ranges, turns_rad) {
             return false;
         }
-        motions.iter().for_each(|motion| self.count(batch, motion));
+        for motion in motions {
+            self.count(batch, motion);
+        }
         true
     }
 
@@ -222,30 +223,28 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// How far the rotary axes turn in some motions.
+/// The rotary words in some motions \[deg\].
 struct Turning {
-    /// The smallest and the largest words at an end \[deg\].
-    least_deg: [f64; 2],
-    most_deg: [f64; 2],
-    /// The largest turn of each axis within one motion \[deg\].
-    turn_deg: [f64; 2],
+    /// The smallest and the largest words at an end.
+    range: [[f64; 2]; 2],
+    /// The largest turn of each axis within one motion.
+    turn: [f64; 2],
 }
 
 impl Turning {
     /// `None` if no motion has known ends.
     fn of(motions: &[Motion]) -> Option<Self> {
-        let mut turning =
-            Self { least_deg: [f64::INFINITY; 2], most_deg: [f64::NEG_INFINITY; 2], turn_deg: [0.0; 2] };
+        let [mut least, mut most, mut turn] = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2], [0.0_f64; 2]];
         for motion in motions {
             let (Some(start), Some(end)) = (&motion.start, &motion.end) else { continue };
             for k in [0, 1] {
                 let (from, to) = (start.rotary_deg[k], end.rotary_deg[k]);
-                turning.least_deg[k] = turning.least_deg[k].min(from.min(to));
-                turning.most_deg[k] = turning.most_deg[k].max(from.max(to));
-                turning.turn_deg[k] = turning.turn_deg[k].max((to - from).abs());
+                least[k] = least[k].min(from.min(to));
+                most[k] = most[k].max(from.max(to));
+                turn[k] = turn[k].max((to - from).abs());
             }
         }
-        turning.least_deg[0].is_finite().then_some(turning)
+        least[0].is_finite().then_some(Self { range: [least, most], turn })
     }
 }
 
