@@ -18,7 +18,7 @@ mod allocator {
     const GIVEN_BACK_FROM_BYTES: libc::c_int = 1 << 20;
     /// Time between two looks at the memory of the process.
     const EVERY: Duration = Duration::from_secs(10);
-    /// Then the service has started. What the start freed, such as the description of the interface, is given back.
+    /// Time until the service has started. Memory that only the start needed is then given back.
     const AFTER_START: Duration = Duration::from_secs(1);
     /// Below this memory of the process, shorter blocks are not given back: an idle service has a quarter of it
     /// \[bytes\].

@@ -274,7 +274,7 @@ fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) ->
     }
 }
 
-/// Gives the new file the content of a result: its very bytes if it is on the same file system, otherwise a copy.
+/// Moves the result to the new file. If the file systems differ, copies it.
 fn moved_or_copied(result: &Path, file: &mut NamedTempFile) -> io::Result<()> {
     let permissions = file.as_file().metadata()?.permissions();
     let moved = fs::set_permissions(result, permissions).and_then(|()| fs::rename(result, file.path()));

@@ -1,9 +1,9 @@
-//! Lines of the log on their way to standard error. Every request has a line, and a call of the system for each costs
-//! as much as a tenth of a small request. So lines are collected for a moment and written together by a thread.
+//! Lines of the log on their way to standard error. Every request has a line. One system call for each line costs a
+//! tenth of a small request. So lines are collected for a moment, and a thread writes them together.
 //!
-//! No line is lost: warnings and errors are written at once, with all lines before them. A panic and the end of the
-//! process write all lines. If lines come faster than they can be written, their writers wait. Only a process that is
-//! killed without a signal to stop loses lines, those of the last moment below a warning.
+//! Warnings and errors are written at once, with all lines before them. A panic and the end of the process write all
+//! lines. If lines come faster than they can be written, their writers wait. A killed process (SIGKILL) loses the lines
+//! of the last 10 ms, except warnings and errors.
 
 use std::io::{self, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -12,9 +12,9 @@ use std::time::Duration;
 use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 
-/// How long lines are collected.
-const GATHERED: Duration = Duration::from_millis(10);
-/// Lines that wait are written by their writers from this length on \[bytes\].
+/// Time for which lines are collected.
+const GATHERED_FOR: Duration = Duration::from_millis(10);
+/// From this length on, the thread that adds a line also writes all lines \[bytes\].
 const MOST_WAITING: usize = 1 << 20;
 
 /// Lines that wait. Clones share them.
@@ -52,7 +52,10 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<W: Write + Send + 'static> LogLines<W> {
-    /// Lines for `out`, written by a thread of their own. Without the thread they wait for the next warning.
+    /// Lines for `out`, written by a thread of their own.
+    ///
+    /// # Errors
+    /// The thread cannot be started.
     pub(super) fn new(out: W) -> io::Result<Self> {
         let lines =
             Self(Arc::new(Shared { waiting: Mutex::default(), begun: Condvar::new(), out: Mutex::new(out) }));
@@ -84,7 +87,7 @@ impl<W: Write + Send + 'static> LogLines<W> {
                     .wait_while(waiting, |waiting| waiting.is_empty())
                     .unwrap_or_else(PoisonError::into_inner),
             );
-            std::thread::sleep(GATHERED);
+            std::thread::sleep(GATHERED_FOR);
             self.write_out();
         }
     }
@@ -93,7 +96,7 @@ impl<W: Write + Send + 'static> LogLines<W> {
     fn write_out(&self) {
         let mut out = locked(&self.0.out);
         let lines = std::mem::take(&mut *locked(&self.0.waiting));
-        // Nobody could be told that the log cannot be written.
+        // A failed write cannot be reported anywhere.
         let _written = out.write_all(&lines).and_then(|()| out.flush());
     }
 

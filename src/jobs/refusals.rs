@@ -70,7 +70,7 @@ impl CompensatorFault {
     pub(super) fn may_come_from_the_head(&self) -> bool {
         match self {
             Self::HeadMisled | Self::VerificationFailed { .. } => true,
-            // The limit would be reached again.
+            // A second attempt would reach the same limit.
             Self::Refused(refusal) => refusal.class != RefusalClass::TooCostly,
             Self::Cancelled | Self::Io(_) => false,
         }

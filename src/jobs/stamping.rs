@@ -1,7 +1,6 @@
 //! The stamp of a changed program: one comment that states what was done to it.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Read, Write};
 
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
@@ -13,7 +12,7 @@ use crate::wire::{JobOperation, Provenance, ResolvedInputs, StampForm, StepName}
 /// Digits of a digest in a stamp.
 const DIGITS: usize = 16;
 /// The head of a program, in which the place of its stamp is searched \[bytes\].
-const HEAD_BYTES: u64 = 64 * 1024;
+const STAMP_HEAD_BYTES: u64 = 64 * 1024;
 
 /// The steps that a program's stamps name, as far as stamps are written: in its head.
 ///
@@ -21,7 +20,7 @@ const HEAD_BYTES: u64 = 64 * 1024;
 /// The program cannot be read.
 pub(super) fn stamped_steps(program: &InputFile) -> io::Result<Steps> {
     let mut head = Vec::new();
-    program.open()?.take(HEAD_BYTES).read_to_end(&mut head)?;
+    program.open()?.take(STAMP_HEAD_BYTES).read_to_end(&mut head)?;
     Ok(borne_by(&head).steps)
 }
 
@@ -47,8 +46,8 @@ pub(super) struct Leaving {
 }
 
 impl Stamping<'_> {
-    /// A new output. If the text is longer than the head, the stamp has to be known before the work ends. `steps` are
-    /// those asked for; they and the head of the program tell which stamp to expect.
+    /// A new output. If the text is longer than the head, the stamp is needed before the work ends. The expected stamp
+    /// follows from `steps`, the steps asked for, and from the head of the program.
     pub(super) fn output(
         &self,
         place: &Workplace<'_>,
@@ -56,7 +55,7 @@ impl Stamping<'_> {
         setup: &ProgramSetup,
         resolve: Resolve<'_>,
     ) -> Result<StampedOutput, JobFault> {
-        let is_long = self.form != StampForm::None && place.program.length > HEAD_BYTES;
+        let is_long = self.form != StampForm::None && place.program.length > STAMP_HEAD_BYTES;
         let expected = if is_long { self.expected(place, steps, setup, resolve)? } else { None };
         Ok(StampedOutput { draft: place.output()?, head: Vec::new(), expected, state: HeadState::Waits })
     }
@@ -70,11 +69,11 @@ impl Stamping<'_> {
         resolve: Resolve<'_>,
     ) -> Result<Option<(Dialect, Stamp)>, JobFault> {
         let mut head = Vec::new();
-        let opened = place.program.open().and_then(|text| text.take(HEAD_BYTES).read_to_end(&mut head));
+        let opened = place.program.open().and_then(|text| text.take(STAMP_HEAD_BYTES).read_to_end(&mut head));
         opened.map_err(CompensatorFault::Io)?;
         head.truncate(memchr::memrchr(b'\n', &head).map_or(0, |end| end + 1));
         let seen = interpret_program(&self.on.machine, setup, &head, &mut |_| Ok(()), place.stop);
-        // A head that cannot be followed alone is no fault of the program.
+        // A head that cannot be interpreted alone is not a fault of the program.
         let Ok(Interpretation { dialect, reading, .. }) = seen else { return Ok(None) };
         let Ok(resolved) = resolve(&reading) else { return Ok(None) };
         Ok(Some((dialect, self.stamp(place.program, steps, &resolved)?)))
@@ -94,7 +93,7 @@ impl Stamping<'_> {
         } else {
             Some(self.stamp(place.program, steps, &resolved)?)
         };
-        let output = output.with_stamp(dialect, stamp.as_ref(), place)?;
+        let output = output.with_stamp(dialect, stamp.as_ref())?;
         let provenance =
             Provenance { steps: Some(StepName::all_of(steps)), ..self.on.provenance(place.program, &output) };
         let report = report(provenance, resolved);
@@ -119,7 +118,7 @@ impl Stamping<'_> {
 }
 
 /// The output of a program that gets a stamp. Its head waits in memory until it is complete. It then leaves with the
-/// expected stamp. If the end of the work shows another stamp, the text is copied once more.
+/// expected stamp. If the end of the work shows another stamp, the rest of the text moves within the file.
 pub(super) struct StampedOutput {
     draft: BufWriter<Draft>,
     /// The first bytes of the program, without a stamp: 64 KiB, or all of them.
@@ -137,46 +136,38 @@ enum HeadState {
 }
 
 impl StampedOutput {
-    /// The head and its stamp leave.
-    fn write_head(&mut self, stands: Option<StampPlace>) -> io::Result<()> {
-        write_with_stamp(&self.head, stands.as_ref(), &mut self.draft)?;
-        self.state = HeadState::HasLeft(stands);
+    /// Writes the head with its stamp.
+    fn write_head(&mut self, placed: Option<StampPlace>) -> io::Result<()> {
+        write_with_stamp(&self.head, placed.as_ref(), &mut self.draft)?;
+        self.state = HeadState::HasLeft(placed);
         Ok(())
     }
 
     /// The whole text with this stamp, or without one.
-    fn with_stamp(
-        mut self,
-        dialect: Dialect,
-        stamp: Option<&Stamp>,
-        place: &Workplace<'_>,
-    ) -> Result<Draft, JobFault> {
-        let stands = stamp.and_then(|stamp| place_stamp(&self.head, dialect, stamp));
+    fn with_stamp(mut self, dialect: Dialect, stamp: Option<&Stamp>) -> Result<Draft, JobFault> {
+        let placed = stamp.and_then(|stamp| place_stamp(&self.head, dialect, stamp));
         match std::mem::replace(&mut self.state, HeadState::Waits) {
             HeadState::Waits => {
-                self.write_head(stands).map_err(CompensatorFault::Io)?;
+                self.write_head(placed).map_err(CompensatorFault::Io)?;
                 written(self.draft)
             }
-            HeadState::HasLeft(expected) if expected == stands => written(self.draft),
+            HeadState::HasLeft(expected) if expected == placed => written(self.draft),
             HeadState::HasLeft(other) => {
-                let text = written(self.draft)?;
-                let mut output = place.output()?;
-                let copy = || -> io::Result<()> {
-                    write_with_stamp(&self.head, stands.as_ref(), &mut output)?;
-                    let head_bytes = self.head.len() + other.map_or(0, |stands| stands.line.len());
-                    let mut file = File::open(text.path())?;
-                    file.seek(SeekFrom::Start(head_bytes as u64))?;
-                    io::copy(&mut file, &mut output).map(drop)
+                let before = self.head.len() + other.map_or(0, |placed| placed.line.len());
+                let mut head = Vec::new();
+                let replaced = written(self.draft)?;
+                let with_head = || {
+                    write_with_stamp(&self.head, placed.as_ref(), &mut head)?;
+                    replaced.with_head(&head, before as u64)
                 };
-                copy().map_err(CompensatorFault::Io)?;
-                written(output)
+                Ok(with_head().map_err(CompensatorFault::Io)?)
             }
         }
     }
 }
 
-fn write_with_stamp(head: &[u8], stands: Option<&StampPlace>, out: &mut impl Write) -> io::Result<()> {
-    let Some(StampPlace { offset, line }) = stands else { return out.write_all(head) };
+fn write_with_stamp(head: &[u8], placed: Option<&StampPlace>, out: &mut impl Write) -> io::Result<()> {
+    let Some(StampPlace { offset, line }) = placed else { return out.write_all(head) };
     let (before, after) = head.split_at((*offset).min(head.len()));
     out.write_all(before)?;
     out.write_all(line)?;
@@ -188,13 +179,13 @@ impl Write for StampedOutput {
         if matches!(self.state, HeadState::HasLeft(_)) {
             return self.draft.write(text);
         }
-        let room = usize::try_from(HEAD_BYTES).unwrap_or(usize::MAX) - self.head.len();
+        let room = usize::try_from(STAMP_HEAD_BYTES).unwrap_or(usize::MAX) - self.head.len();
         let taken = &text[..room.min(text.len())];
         self.head.extend_from_slice(taken);
         if taken.len() == room {
             let expected = self.expected.as_ref();
-            let stands = expected.and_then(|(dialect, stamp)| place_stamp(&self.head, *dialect, stamp));
-            self.write_head(stands)?;
+            let placed = expected.and_then(|(dialect, stamp)| place_stamp(&self.head, *dialect, stamp));
+            self.write_head(placed)?;
         }
         Ok(taken.len())
     }

@@ -313,7 +313,7 @@ impl ProgramWork {
         let Prepared { mut run, steps_in_turn, .. } = self.prepared;
         let extent = if steps_in_turn > 0 { SurveyExtent::Head } else { SurveyExtent::Whole };
         let finished = match run(Workplace { survey: extent, ..place }) {
-            // The head alone may have led to this. The files of this try are already removed.
+            // The survey of the head may be the cause. The files of this attempt are already removed.
             Err(JobFault::Compensator(fault))
                 if extent == SurveyExtent::Head && fault.may_come_from_the_head() =>
             {

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -13,11 +13,11 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
+use super::draft::Draft;
 use super::marks::{Died, Marks};
 use super::stored_file::{is_folder, is_no_plain_file, open_below, verify};
 use super::writable::Writable;
 use super::{Damage, DamagedFile, FileState, Pace, Soundness, StorageFault, StoredThing};
-use crate::shares::Held;
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
@@ -81,25 +81,6 @@ pub struct SoundFile {
     pub state: FileState,
     /// Length of the file \[bytes\].
     pub length: u64,
-}
-
-/// A file that is being written; it is removed unless it is kept.
-#[derive(Debug)]
-pub struct Draft {
-    file: NamedTempFile,
-    hasher: Sha256,
-    length: u64,
-    limit: u64,
-    /// Its share of the spool, if the spool is shared.
-    room: Option<Held>,
-}
-
-/// More bytes than a draft may have; the fault of writing then has the kind [`io::ErrorKind::FileTooLarge`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[error("the result would be longer than the limit of {limit} bytes")]
-pub struct DraftTooLong {
-    /// The limit \[bytes\].
-    pub limit: u64,
 }
 
 impl Blobs {
@@ -184,7 +165,7 @@ impl Blobs {
     pub fn draft(&self) -> Result<Draft, BlobFault> {
         let file =
             NamedTempFile::new_in(&self.spool).map_err(BlobFault::at("making a file in", &self.spool))?;
-        Ok(Draft { file, hasher: Sha256::new(), length: 0, limit: u64::MAX, room: None })
+        Ok(Draft::new(file))
     }
 
     /// A file for data between two steps of a computation; it is removed when the returned value is dropped.
@@ -336,66 +317,6 @@ impl Blobs {
     #[must_use]
     pub fn path(&self, sha256: &str) -> PathBuf {
         self.kept.join(folder_of(sha256)).join(sha256)
-    }
-}
-
-impl Draft {
-    /// The same with a limit on its length \[bytes\]; one byte more is a fault of writing.
-    #[must_use]
-    pub fn within(self, limit: u64) -> Self {
-        Self { limit, ..self }
-    }
-
-    /// The same with its bytes counted while they arrive, until it is kept or dropped.
-    #[must_use]
-    pub fn counted(self, room: Held) -> Self {
-        Self { room: Some(room), ..self }
-    }
-
-    /// Path of the bytes written so far.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        self.file.path()
-    }
-
-    /// Bytes written so far.
-    #[must_use]
-    pub fn length(&self) -> u64 {
-        self.length
-    }
-
-    /// The file itself, whatever happens to its name.
-    ///
-    /// # Errors
-    /// Too many files are open.
-    pub fn file(&self) -> io::Result<File> {
-        self.file.as_file().try_clone()
-    }
-
-    /// SHA-256 of the bytes written so far.
-    #[must_use]
-    pub fn sha256(&self) -> Sha256Hex {
-        hex(&self.hasher.clone().finalize())
-    }
-}
-
-impl Write for Draft {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.length.saturating_add(bytes.len() as u64) > self.limit {
-            return Err(io::Error::new(io::ErrorKind::FileTooLarge, DraftTooLong { limit: self.limit }));
-        }
-        if let Some(room) = &mut self.room {
-            room.take_more(bytes.len() as u64).map_err(io::Error::other)?;
-        }
-        let written = self.file.write(bytes)?;
-        let taken = bytes.get(..written).unwrap_or(bytes);
-        self.hasher.update(taken);
-        self.length += written as u64;
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
     }
 }
 

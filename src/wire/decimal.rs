@@ -1,10 +1,9 @@
-//! The number at the beginning of a text, where rows of numbers are most of the bytes that the service reads.
+//! Reads the number at the start of a text. Numbers are most of the bytes that the service reads.
 //!
-//! The library's reader needs the end of a number before it begins, checks every form a number can have, and is called
-//! six times for each pose. Here the digits are collected while the end is found. Up to 2⁵³ the digits are an exact
-//! `f64`, and so is a power of ten up to 10²². One multiplication or division of the two rounds once, so its result is
-//! the nearest number: the same bits as the library's. All other numbers are left to the library. The price is this
-//! file; its test compares both.
+//! The library needs the end of a number first. It checks every form, and it runs six times for each pose. Here the
+//! digits are collected while the end is found. Up to 2⁵³ the digits are an exact `f64`, and so is a power of ten up to
+//! 10²². One multiplication or division of the two rounds once, so its result is the nearest number: the same bits as
+//! the library's. All other numbers are left to the library. The price is this file; its test compares both.
 
 /// Powers of ten that an `f64` holds exactly.
 const POWERS_OF_TEN: [f64; 23] = [

@@ -15,7 +15,7 @@ use super::two_way::Weights;
 /// From this travel on, a common part is subtracted from all states, so that sums stay exact.
 const REBASE_DEG: f64 = 524_288.0;
 
-/// The running choice: costs of all states at the latest pose, and the origin of every state.
+/// The running choice: costs of all states at the latest pose, and the origin of every state where a path could change it.
 pub(super) struct Choice {
     pub(super) grid: Grid,
     pub(super) threshold_deg: f64,

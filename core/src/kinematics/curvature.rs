@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 const SHORT_TURN_RAD: f64 = 1.0;
 
 /// The part of the bound that depends on the machine alone. Plain numbers, so that loops over many motions can be
-/// compiled for wide registers.
+/// compiled for AVX2 and AVX-512.
 #[derive(Debug, Clone, Copy)]
 pub struct TipCurvature {
     /// Profile index of the axis next to the workpiece, and of the axis next to the tool.

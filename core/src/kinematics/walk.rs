@@ -1,4 +1,5 @@
-//! The work of `path`: examine all directions and choose a path; [`super::joining`] converts it to joints.
+//! One path while it is solved: its memory, and the directions of its poses. [`super::cheapest`] and [`super::greedy`]
+//! choose the branches; [`super::joining`] converts the path to joints.
 
 use std::ops::ControlFlow;
 

@@ -90,7 +90,7 @@ pub(super) fn read_unsigned(text: &[u8], at: usize) -> Option<Unsigned> {
     read_short(text, at).or_else(|| read_long(text, at))
 }
 
-/// The bytes in which a short number is searched: a sign, eight bytes and one more, in a round number.
+/// The bytes in which a short number is searched: a sign, eight bytes and one more, rounded up to a power of two.
 const WINDOW: usize = 16;
 
 /// The same for up to seven digits that are some bytes before the end of the text; `None` also if either does not
@@ -134,7 +134,7 @@ fn short_number(word: u64, next: u8, at: usize) -> Option<Unsigned> {
         let end = at + whole as usize;
         return Some(Unsigned { value, decimals: 0, has_point: false, has_whole: true, end });
     }
-    // The digits end before the second byte that is none, and it does not take their value to find it.
+    // The digits end before the second byte that is not a digit. Their value is not needed to find it.
     let count = (stops & (stops - 1)).trailing_zeros() / 8 - 1;
     if count == 0 || (count == 7 && next.is_ascii_digit()) {
         return None;

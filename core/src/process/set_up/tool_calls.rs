@@ -62,7 +62,7 @@ impl ToolCalls {
         self.first = self.first.or(Some(tool));
     }
 
-    /// Whether the same tools are at work with both, as far as a text shows without being followed.
+    /// Whether both show the same tools, without following the program.
     pub(in crate::process) fn holds_for(&self, whole: &Self) -> bool {
         let facts = |of: &Self| (of.only(), of.has_changer(), of.has_shapes);
         facts(self) == facts(whole)

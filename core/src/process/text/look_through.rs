@@ -11,7 +11,7 @@ use crate::process::set_up::SurveyExtent;
 use crate::program::{Batch, Dialect, ReadLimits, Reader};
 
 /// The part of a program that its head survey reads \[bytes\]: some thousand blocks.
-const HEAD_BYTES: usize = 4 * CHUNK_BYTES;
+const SURVEY_HEAD_BYTES: usize = 4 * CHUNK_BYTES;
 
 impl Survey {
     /// Surveys the program to this extent. Returns whether the survey covers all of it, which is always so for a
@@ -48,7 +48,7 @@ impl Survey {
             if count == 0 {
                 return Ok((surveyor.finish(), true));
             }
-            if extent == SurveyExtent::Head && read_bytes >= HEAD_BYTES {
+            if extent == SurveyExtent::Head && read_bytes >= SURVEY_HEAD_BYTES {
                 return Ok((surveyor.so_far(), false));
             }
         }

@@ -1,5 +1,4 @@
-//! A program read piece by piece, from text to blocks and motions, and the survey of the whole text before it is
-//! followed.
+//! A program read piece by piece, from text to blocks and motions. Its head or its whole text is surveyed first.
 
 mod dialect_fit;
 mod find_tools;

@@ -63,7 +63,7 @@ impl Survey {
         done.map_or(Ok(()), |step| Err(Fault::AlreadyCompensated { step }))
     }
 
-    /// Whether a step that was set up with this survey may stand, now that the whole program was surveyed.
+    /// Whether a step that used this survey is still right after the survey of the whole program.
     pub(in crate::process) fn holds_for(&self, whole: &Self) -> bool {
         self.stated == whole.stated
             && self.linear_decimals == whole.linear_decimals

@@ -1,4 +1,4 @@
-//! A survey under way, whoever reads the text.
+//! A survey that grows while another part reads the text.
 
 use super::survey::Survey;
 use crate::machine::Machine;
@@ -30,7 +30,7 @@ impl Surveyor {
         self.survey.see(batch, self.rotary);
     }
 
-    /// The survey up to here. A stamp that may go on in the next piece of the text is not in it.
+    /// The survey so far. It leaves out a stamp that may not be complete.
     pub(super) fn so_far(&self) -> Survey {
         Survey { borne: self.stamps.so_far(), ..self.survey }
     }

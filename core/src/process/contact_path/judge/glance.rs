@@ -1,5 +1,4 @@
-//! A glance at motions that were looked at in lanes while they were prepared. Nothing else has to be asked of most of
-//! them.
+//! A glance at motions that were looked at in lanes while they were prepared. For most of them, no other check is needed.
 
 use super::Judge;
 use crate::contact::Sampled;
