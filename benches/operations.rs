@@ -29,6 +29,8 @@ type Failure = Box<dyn std::error::Error>;
 const TRUNNION: &str = env!("CARGO_BIN_EXE_trunnion");
 /// Rounds in which the rows take turns. The middle one counts.
 const ROUNDS: usize = 3;
+/// Limit of programs and results \[bytes\].
+const MOST_BYTES: &str = "4000000000";
 /// How often the memory of a running command is looked at.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
@@ -205,6 +207,8 @@ impl Call<'_> {
             }
             [] => Command::new(TRUNNION),
         };
+        // The longest programs are longer than the default limits.
+        command.env("TRUNNION_MAX_BODY_BYTES", MOST_BYTES).env("TRUNNION_MAX_RESULT_BYTES", MOST_BYTES);
         let report = self.program.with_extension("report");
         command.args(["compensate", "--machine"]).arg(self.profile);
         command.args(["--operation", self.row.operation, "--parameters", &self.row.parameters.to_string()]);

@@ -65,18 +65,6 @@ pub enum CompensatorFault {
     },
 }
 
-impl CompensatorFault {
-    /// Whether the same work may end differently after a survey of the whole program.
-    pub(super) fn may_come_from_the_head(&self) -> bool {
-        match self {
-            Self::HeadMisled | Self::VerificationFailed { .. } => true,
-            // A second attempt would reach the same limit.
-            Self::Refused(refusal) => refusal.class != RefusalClass::TooCostly,
-            Self::Cancelled | Self::Io(_) => false,
-        }
-    }
-}
-
 /// A fault of the core for the client.
 pub(super) fn in_words_of_the_wire(fault: process::Fault) -> CompensatorFault {
     match refused(&fault) {

@@ -313,10 +313,8 @@ impl ProgramWork {
         let Prepared { mut run, steps_in_turn, .. } = self.prepared;
         let extent = if steps_in_turn > 0 { SurveyExtent::Head } else { SurveyExtent::Whole };
         let finished = match run(Workplace { survey: extent, ..place }) {
-            // The survey of the head may be the cause. The files of this attempt are already removed.
-            Err(JobFault::Compensator(fault))
-                if extent == SurveyExtent::Head && fault.may_come_from_the_head() =>
-            {
+            // The files of this attempt are already removed.
+            Err(JobFault::Compensator(CompensatorFault::HeadMisled)) => {
                 run(Workplace { survey: SurveyExtent::Whole, ..place })
             }
             other => other,

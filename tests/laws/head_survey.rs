@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 
+use trunnion::machine::{Machine, Preset};
 use trunnion::process::{
     CcParameters, CcReport, ContactSource, Fault, ProgramSetup, SurveyExtent, WearParameters, WearReport,
     WornCutter, compensate, compensate_wear,
@@ -101,4 +102,16 @@ fn what_changes_nothing_does_not_mislead() {
             [SurveyExtent::Whole, SurveyExtent::Head].map(|extent| cc(&text, extent).unwrap());
         assert!(whole == head, "{late}: the results differ");
     }
+}
+
+#[test]
+fn a_refusal_after_the_end_of_the_program_is_final() {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    let text = program("X80. Y-20.5 Z40.25 A500.\n");
+    let faults = [SurveyExtent::Whole, SurveyExtent::Head].map(|extent| {
+        let parameters = CcParameters::new(tool(5.0, 5.0), set_up(extent));
+        compensate(&machine, &parameters, &text, &mut Vec::new(), &|| ControlFlow::Continue(())).unwrap_err()
+    });
+    assert!(matches!(faults[1], Fault::Lines(_)), "{}", faults[1]);
+    assert_eq!(faults[0].to_string(), faults[1].to_string());
 }

@@ -93,7 +93,8 @@ impl Step for PathStep<'_> {
             has_part: parameters.part.is_some(),
         };
         let surveyed = Surveyed::of(upstream.source, &asked, with)?;
-        let parameters = &parameters.with_tools(&surveyed, machine, stop)?;
+        let with_tools = parameters.with_tools(&surveyed, machine, stop);
+        let parameters = &with_tools.map_err(|fault| surveyed.before_the_end(fault))?;
         let surveyed = surveyed.with_tools_of(&parameters.program);
         let mut preparation = Preparation::new(machine, parameters, surveyed.contact);
         let mut run = StepRun::begin(upstream, &surveyed, machine, &parameters.program, &preparation, stop)?;

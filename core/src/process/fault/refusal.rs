@@ -182,7 +182,8 @@ pub enum Fault {
         /// What differs.
         what: &'static str,
     },
-    /// The program was followed with what its head shows, and its rest shows more. It has to be surveyed whole.
+    /// The program was followed with what its head shows, and its rest shows more, or was not read to its end. It has
+    /// to be surveyed whole.
     #[error("the beginning of the program does not show all that its rest shows")]
     HeadMisled,
     /// The caller no longer waits for the answer.

@@ -93,8 +93,9 @@ impl Step for MoveStep<'_> {
             has_part: parameters.part.is_some(),
         };
         let surveyed = Surveyed::of(upstream.source, &asked, with)?;
-        let moves = &self.moves.with_tools(&surveyed, machine, stop)?;
-        moves.refuse_contact(surveyed.contact)?;
+        let before_the_end = |fault| surveyed.before_the_end(fault);
+        let moves = &self.moves.with_tools(&surveyed, machine, stop).map_err(before_the_end)?;
+        moves.refuse_contact(surveyed.contact).map_err(before_the_end)?;
         let mut inventory = Inventory::default();
         let mut run = StepRun::begin(upstream, &surveyed, machine, &moves.source_program, &inventory, stop)?;
         let mut work = EndsWork::new(machine, moves, &surveyed, stop);

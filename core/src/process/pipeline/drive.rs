@@ -167,8 +167,11 @@ impl<'a> StepRun<'a> {
             passages = passages.leaving_vectors();
         }
         let (mut present, mut next) = (Stretch::default(), Stretch::default());
-        passages.fill(&mut present, stop)?;
-        passages.fill(&mut next, stop)?;
+        let mut fill = |stretch: &mut Stretch| {
+            passages.fill(stretch, stop).map_err(|fault| surveyed.before_the_end(fault))
+        };
+        fill(&mut present)?;
+        fill(&mut next)?;
         let (worked_off, coming) = Default::default();
         Ok(Self { passages, worked_off, present, next, coming, stop })
     }
@@ -193,8 +196,12 @@ impl<'a> StepRun<'a> {
         if let Some(look) = &mut hands.look {
             look.begin(surveyed, self.dialect())?;
         }
-        self.go_through(&mut hands, output, note, parts)?;
+        self.go_through(&mut hands, output, note, parts).map_err(|fault| surveyed.before_the_end(fault))?;
         surveyed.confirm(self.passages.survey())?;
+        self.passages.refusals()?;
+        if self.passages.motions == 0 {
+            return Err(Fault::NoMotion);
+        }
         hands.work.refuse(surveyed, &self.passages)?;
         hands.finish(&self.passages, output, note)?;
         self.passages.warn(hands.work.warnings());
@@ -281,9 +288,7 @@ impl<'a> StepRun<'a> {
                 is_next_prepared = false;
             }
         }
-        output.write_all(&checked_text)?;
-        passages.refusals()?;
-        if passages.motions == 0 { Err(Fault::NoMotion) } else { Ok(()) }
+        Ok(output.write_all(&checked_text)?)
     }
 }
 

@@ -43,9 +43,16 @@ impl<'s> Surveyed<'s> {
         let ProgramSetup { dialect, survey: extent, steps_done, allow_repeated, .. } = *asked.program;
         let (mut survey, is_whole) = Survey::of(with.machine, dialect, source, extent, with.stop)?;
         survey.borne.steps = survey.borne.steps.and(steps_done);
-        survey.refuse_repeated(asked.steps, allow_repeated)?;
-        let contact = survey.contact(asked.contact, asked.has_part)?;
+        let contact = survey
+            .refuse_repeated(asked.steps, allow_repeated)
+            .and_then(|()| survey.contact(asked.contact, asked.has_part))
+            .map_err(|fault| if is_whole { fault } else { before_the_end(fault) })?;
         Ok(Self { source, survey, is_whole, contact, program: None })
+    }
+
+    /// A fault from before the end of the program. If only the head was surveyed, the head may be its cause.
+    pub(in crate::process) fn before_the_end(&self, fault: Fault) -> Fault {
+        if self.is_whole { fault } else { before_the_end(fault) }
     }
 
     /// Checks that the survey holds for the program, which was surveyed to its end while a step read it.
@@ -62,5 +69,14 @@ impl<'s> Surveyed<'s> {
     /// The same with the set-up that has the tools of the contacts.
     pub(in crate::process) fn with_tools_of(self, program: &'s ProgramSetup) -> Self {
         Self { program: Some(program), ..self }
+    }
+}
+
+/// The fault of a step that has only surveyed the head of its program, and has not read it to its end.
+fn before_the_end(fault: Fault) -> Fault {
+    match fault {
+        // A second attempt would end in the same way.
+        Fault::Cancelled | Fault::Io(_) | Fault::TooCostly { .. } => fault,
+        _ => Fault::HeadMisled,
     }
 }

@@ -47,8 +47,8 @@ pub enum SurveyExtent {
     #[default]
     Whole,
     /// Its head. The rest is surveyed while the step reads it. If the rest shows what the head did not, the step ends
-    /// with [`Fault::HeadMisled`]. Any other refusal may come from the head alone. In both cases the caller has to
-    /// begin again with [`Self::Whole`].
+    /// with [`Fault::HeadMisled`]. So does a refusal before the end of the program, because the head may be its cause.
+    /// The caller then has to begin again with [`Self::Whole`].
     Head,
 }
 

@@ -86,7 +86,8 @@ impl Step for SingularStep<'_> {
         // Contacts that would be assumed from the feed are not used here.
         let is_assumed = surveyed.contact == ContactSource::FeedPlane;
         let counts = if is_assumed { ContactSource::Tip } else { surveyed.contact };
-        let cc = &cc.with_tools(&Surveyed { contact: counts, ..surveyed }, machine, stop)?;
+        let with_tools = cc.with_tools(&Surveyed { contact: counts, ..surveyed }, machine, stop);
+        let cc = &with_tools.map_err(|fault| surveyed.before_the_end(fault))?;
         let cutting = Cutting::of(machine, cc, surveyed.contact);
         let planner = Planner { cutting, survey: surveyed.survey, singularity: *singularity };
         let mut inventory = Inventory::default();
