@@ -42,10 +42,10 @@ pub(super) fn growth(folder: &Path, profile: &Path) -> Result<(), Failure> {
 fn growth_figure(points: &[[f64; 3]]) -> Result<String, Failure> {
     const WIDTH: f64 = 640.0;
     const HEIGHT: f64 = 360.0;
-    const MARGIN: f64 = 64.0;
+    const MARGIN: f64 = 80.0;
     let across = |blocks: f64| MARGIN + (blocks.log10() - 5.0) / 2.0 * (WIDTH - 2.0 * MARGIN);
     let up = |share: f64| HEIGHT - MARGIN - share * (HEIGHT - 2.0 * MARGIN);
-    let of_time = |seconds: f64| up((seconds.log10() + 1.0) / 3.0);
+    let of_time = |seconds: f64| up((seconds.log10() + 2.0) / 3.0);
     let of_memory = |mib: f64| up(mib.log10() / 3.0);
     let line = |column: usize, scale: &dyn Fn(f64) -> f64| {
         let places =
@@ -64,7 +64,7 @@ fn growth_figure(points: &[[f64; 3]]) -> Result<String, Failure> {
 "#
     );
     for (step, (seconds, mib)) in
-        [("0.1 s", "1 MiB"), ("1 s", "10 MiB"), ("10 s", "100 MiB"), ("100 s", "1000 MiB")]
+        [("0.01 s", "1 MiB"), ("0.1 s", "10 MiB"), ("1 s", "100 MiB"), ("10 s", "1000 MiB")]
             .into_iter()
             .enumerate()
     {
