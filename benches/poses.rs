@@ -99,7 +99,7 @@ fn document(poses: usize) -> Bytes {
     text.into()
 }
 
-/// Sends this body so many times, one after the other. Returns the bytes of the answers.
+/// Sends this body `times` times, one after the other. Returns the bytes of the answers.
 async fn send(address: SocketAddr, kind: &str, body: &Bytes, times: usize) -> Result<usize, Failure> {
     let mut sender = connect(address).await?;
     let mut length = 0;
@@ -119,7 +119,7 @@ async fn send(address: SocketAddr, kind: &str, body: &Bytes, times: usize) -> Re
     Ok(length)
 }
 
-/// The rate of a table of so many poses \[M/s\], and the service's largest memory above idle \[MiB\].
+/// The rate of a table of poses \[M/s\], and the service's largest memory above idle \[MiB\].
 async fn of_table(poses: usize) -> Result<[f64; 2], Failure> {
     let (running, _) = Running::start("warn").await?;
     let (body, idle_mib) = (table(poses), running.memory_mib("VmRSS"));

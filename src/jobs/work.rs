@@ -242,7 +242,7 @@ impl Prepared {
         Self { cost, steps_in_turn: 0, run: Box::new(run) }
     }
 
-    /// The same, for work in which so many steps take the program one after the other and write it.
+    /// The same, for work in which this number of steps take the program one after the other and write it.
     pub(super) fn with_steps_in_turn(self, steps_in_turn: u32) -> Self {
         Self { steps_in_turn, ..self }
     }

@@ -12,7 +12,7 @@ const POWERS_OF_TEN: [f64; 23] = [
 ];
 /// Up to here every whole number is an exact `f64`.
 const LARGEST_EXACT: u64 = 1 << 53;
-/// A `u64` holds every number of so many digits.
+/// The number of digits that always fit into a `u64`.
 const MOST_DIGITS: usize = 19;
 
 /// The number at the beginning of `text` and its length, if `text` begins with a finite number as JSON writes it. The

@@ -18,7 +18,7 @@ pub(super) fn push_number(out: &mut Vec<u8>, number: f64) {
     out.extend_from_slice(text.as_bytes());
 }
 
-/// Writes the text of so many rows. `print` appends the rows of a range to a text. A round of pieces is printed while
+/// Writes the text of `rows` rows. `print` appends the rows of a range to a text. A round of pieces is printed while
 /// the round before is written.
 ///
 /// # Errors

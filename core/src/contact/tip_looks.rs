@@ -1,9 +1,9 @@
 //! Quick looks at many motions whose contact is the tip, in lanes.
 //!
 //! Reason: most motions of most programs need only [`quick_look`](super::quick_look). In a program without stated
-//! contacts, the tip is the contact of every motion. One at a time, a look costs some 400 instructions, most of them for
-//! copying values. In lanes it costs 230. Price: the formula of the deviation is here a second time, with plain numbers.
-//! A test compares every bit with [`quick_look`](super::quick_look), the plain version.
+//! contacts, the tip is the contact of every motion. For an ISO program, judging and writing a block fell from 2130 to
+//! 1200 instructions, and preparing it rose from 530 to 900. Price: the formula of the deviation is here a second time,
+//! with plain numbers. A test compares every bit with [`quick_look`](super::quick_look), the plain version.
 
 use multiversion::multiversion;
 

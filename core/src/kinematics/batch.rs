@@ -64,7 +64,7 @@ impl JointLanes {
         [&mut self.x_mm, &mut self.y_mm, &mut self.z_mm, &mut self.first_rad, &mut self.second_rad]
     }
 
-    /// `N` lanes from `begin` on, if there are so many.
+    /// `N` lanes from `begin` on; `None` if there are fewer.
     pub(super) fn block_mut<const N: usize>(&mut self, begin: usize) -> Option<[&mut [f64; N]; 5]> {
         let end = begin + N;
         let Self { x_mm, y_mm, z_mm, first_rad, second_rad } = self;

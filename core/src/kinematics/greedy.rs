@@ -54,7 +54,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 let block = begin..end.min(begin + BLOCK);
                 let last = self.both(block.end - 1);
                 if let Err(error) = self.choose_nearest(&mut chosen, before, block.clone()) {
-                    // A pose that cannot be solved at all is told first.
+                    // A pose that cannot be solved at all is reported first.
                     self.examine_from(end, &mut examination)?;
                     return Err(error);
                 }

@@ -160,7 +160,7 @@ fn below_ten_million(word: u64, count: u32) -> f64 {
 /// The factor for the digits before, by the number of digits after them.
 const SCALE: [u64; 9] = [1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
-/// So many digits fit into a `u64`.
+/// The number of digits that always fit into a `u64`.
 const MOST_DIGITS: u32 = 19;
 
 /// A run of digits: the mantissa continued (saturating), and one after the last digit.
@@ -239,7 +239,7 @@ fn read_medium(text: &[u8], at: usize) -> Option<Unsigned> {
     Some(Unsigned { value, decimals, has_point: true, has_whole: whole > 0, end })
 }
 
-/// The value of the digits of a number's text, of which so many are decimals.
+/// The value of the digits of a number's text, with this number of decimals.
 #[inline]
 fn value_of(text: &[u8], mantissa: u64, decimals: usize) -> f64 {
     match POWERS_OF_TEN.get(decimals) {

@@ -53,7 +53,7 @@ impl ShortDecimal {
     /// No text.
     pub(super) const NOTHING: Self = Self { digits: 0, whole: 0, length: 0, sign: 0, is_signed: false };
 
-    /// The number with so many decimals; `None` if it is not short.
+    /// The number with this number of decimals; `None` if it is not short.
     #[inline]
     pub(super) fn of(value: f64, decimals: u8, look: Look) -> Option<Self> {
         if decimals > MOST_DECIMALS {
@@ -89,7 +89,7 @@ impl ShortDecimal {
         room[0] = self.sign;
         room[start..start + 8].copy_from_slice(&self.digits.to_le_bytes());
         room[start + whole] = b'.';
-        // All eight digits may be before the point, and a shift by 64 bits is none.
+        // All eight digits may be before the point. A shift by 64 bits is not allowed.
         let fraction = (self.digits >> (4 * whole)) >> (4 * whole);
         room[start + whole + 1..start + whole + 9].copy_from_slice(&fraction.to_le_bytes());
         self.length as usize

@@ -126,7 +126,7 @@ impl<'a> PlainLine<'a> {
         Some(())
     }
 
-    /// Adds a statement word of so many bytes before the present position.
+    /// Adds a statement word that ends at the present position and has this number of bytes.
     #[inline]
     pub(super) fn keyword(&mut self, keyword: Keyword, length: usize) {
         let (start, end) = (self.in_batch(self.at - length), self.in_batch(self.at));
