@@ -17,6 +17,7 @@ mod edge;
 mod extract;
 mod file_body;
 pub mod first_bytes;
+mod flow;
 mod framing;
 mod guard;
 mod held_keys;

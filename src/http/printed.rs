@@ -1,7 +1,6 @@
-//! Answers that are printed at once but sent slowly. Small answers stay in memory; large ones wait in a file without
-//! a name, so that a client that reads nothing holds no memory.
+//! Answers that are printed at once but sent slowly. Small answers stay in memory. Large ones leave while they are
+//! printed; for a client that reads slowly they wait in a file without a name, so that it holds no memory.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -10,15 +9,22 @@ use axum::response::Response;
 use bytes::Bytes;
 use http::HeaderValue;
 use http::header::CONTENT_LENGTH;
-use tokio::sync::Semaphore;
+use tokio::sync::{Semaphore, oneshot};
 
 use super::AppState;
-use super::file_body::{CHUNK, FileBody};
+use super::file_body::FileBody;
+use super::flow::{Flow, Printer};
 use super::problem::Problem;
-use crate::jobs::memory::{Account, REQUEST_BYTES};
+use crate::jobs::memory::{self, Account, REQUEST_BYTES};
+use crate::process::Stop;
+use crate::side_by_side::{OneAfterAnother, SideBySide};
 
 /// Answers up to this length stay in memory if there is room for them \[bytes\].
 const IN_MEMORY: usize = 1 << 20;
+/// Answers up to this length are sent when they are complete \[bytes\].
+const SENT_WHOLE: usize = 256 << 10;
+/// Memory of an answer that leaves while it is printed \[bytes\].
+const QUEUE: usize = 512 << 10;
 /// Answers up to this length are covered by the memory that every request reserves \[bytes\].
 const PAID_ALREADY: u64 = 64 << 10;
 /// Answers up to this length reserve no memory after they are made \[bytes\].
@@ -26,52 +32,154 @@ const TRIFLE: u64 = 1 << 10;
 /// Memory with which an answer begins \[bytes\].
 const SMALL_ANSWER: usize = 512;
 
-/// An answer that is being printed.
+/// An answer that is being printed. `H` is what its head needs to know.
 #[derive(Debug)]
-pub(super) struct Printed {
-    app: AppState,
+pub(super) struct Printed<H> {
+    spool: PathBuf,
+    account: Option<Account>,
+    /// The head, until it leaves.
+    head: Option<H>,
+    /// Takes the head and the body once they may leave.
+    begin: Option<oneshot::Sender<(H, Flow)>>,
     text: Vec<u8>,
-    file: Option<File>,
+    printer: Option<Printer>,
+    /// The body of a long answer that must not leave before it is complete.
+    kept: Option<Flow>,
     length: u64,
     limit: u64,
 }
 
-impl Printed {
+/// What leaves: what the head needs to know, the body, and its length if that is known.
+pub(super) struct Leaving<H> {
+    pub(super) head: H,
+    pub(super) body: Body,
+    pub(super) length: Option<u64>,
+    /// Whether the answer is still being printed.
+    pub(super) is_printing: bool,
+}
+
+/// The answer is still being printed: its computation releases the memory that it holds.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StillPrinting;
+
+/// A trifling answer, printed on this thread.
+///
+/// # Errors
+/// Those of `work`, or the answer is too long.
+pub(super) fn print_here<H>(
+    app: &AppState,
+    work: impl FnOnce(&dyn SideBySide, &Stop<'_>, &mut Printed<H>) -> Result<(), Problem>,
+) -> Result<Leaving<H>, Problem> {
+    let mut printed = Printed::new(app, None);
+    work(&OneAfterAnother, &|| std::ops::ControlFlow::Continue(()), &mut printed)?;
+    printed.whole()
+}
+
+/// An answer that `work` prints on a computing thread. `work` calls [`Printed::may_leave`] before it prints.
+///
+/// # Errors
+/// Those of `work` before the answer leaves; no place to compute is free; the answer is too long.
+pub(super) async fn print_computed<H: Send + 'static>(
+    app: &AppState,
+    work: impl FnOnce(&dyn SideBySide, &Stop<'_>, &mut Printed<H>) -> Result<(), Problem> + Send + 'static,
+) -> Result<Leaving<H>, Problem> {
+    let (begin, begun) = oneshot::channel();
+    let (mut printed, compute) = (Printed::new(app, Some(begin)), app.compute.clone());
+    let mut computing = Box::pin(async move {
+        let printing = compute.run_in_parts(move |threads, stop| {
+            let done = work(threads, stop, &mut printed);
+            printed.end(done)
+        });
+        printing.await
+    });
+    tokio::select! {
+        biased;
+        Ok((head, flow)) = begun => {
+            // With the body, the computation is dropped, which stops it.
+            let body = Body::new(Held { body: Body::new(flow), _held: computing });
+            Ok(Leaving { head, body, length: None, is_printing: true })
+        }
+        whole = &mut computing => whole?,
+    }
+}
+
+impl<H> Printed<H> {
     /// An empty answer, limited to the largest length of a result.
-    pub(super) fn new(app: &AppState) -> Self {
+    fn new(app: &AppState, begin: Option<oneshot::Sender<(H, Flow)>>) -> Self {
         Self {
-            app: app.clone(),
+            spool: spool(app),
+            account: memory::account(),
+            head: None,
+            begin,
             text: Vec::new(),
-            file: None,
+            printer: None,
+            kept: None,
             length: 0,
             limit: app.settings.max_result_bytes,
         }
     }
 
-    /// The answer's body, and its length.
-    pub(super) fn into_body(mut self) -> io::Result<(Body, u64)> {
-        if self.file.is_none() {
-            return Ok((Body::from(self.text), self.length));
-        }
-        self.write_out()?;
-        match self.file {
-            Some(file) => Ok((Body::new(FileBody::new(file)), self.length)),
-            None => Err(io::Error::other("an answer was lost")),
+    /// Gives the head of the answer. From now on, the answer may leave before it is complete, unless its length of up
+    /// to `most_bytes` may exceed the limit.
+    pub(super) fn may_leave(&mut self, head: H, most_bytes: u64) {
+        self.head = Some(head);
+        if most_bytes > self.limit {
+            self.begin = None;
         }
     }
 
-    fn write_out(&mut self) -> io::Result<()> {
-        let file = match &mut self.file {
-            Some(file) => file,
-            None => self.file.insert(tempfile::tempfile_in(spool(&self.app))?),
+    /// Lets the answer leave if it may; otherwise it continues in a file.
+    fn flow(&mut self) -> io::Result<()> {
+        let paid = || self.account.as_ref().is_none_or(|account| account.keep(QUEUE as u64).is_ok());
+        let queue_bytes = if self.begin.is_some() && paid() { QUEUE } else { 0 };
+        let (mut printer, flow) = Flow::new(&self.spool, queue_bytes);
+        match (self.begin.take(), self.head.take()) {
+            (Some(begin), Some(head)) => {
+                begin.send((head, flow)).map_err(|_left| io::ErrorKind::BrokenPipe)?;
+            }
+            (_, head) => {
+                printer.never_wait();
+                (self.head, self.kept) = (head, Some(flow));
+            }
+        }
+        self.printer.insert(printer).write_all(&std::mem::take(&mut self.text))
+    }
+
+    /// The answer, which is complete.
+    fn whole(self) -> Result<Leaving<H>, Problem> {
+        let Some(head) = self.head else { return Err(Problem::internal(&"an answer has no head")) };
+        let body = match (self.printer, self.kept) {
+            (Some(printer), Some(kept)) => {
+                printer.end();
+                Body::new(kept)
+            }
+            _ => Body::from(self.text),
         };
-        file.write_all(&self.text)?;
-        self.text.clear();
-        Ok(())
+        Ok(Leaving { head, body, length: Some(self.length), is_printing: false })
+    }
+
+    /// Ends the answer after its work is `done`. If it has left already, nobody waits for what this returns.
+    fn end(mut self, done: Result<(), Problem>) -> Result<Leaving<H>, Problem> {
+        let has_left = self.printer.is_some() && self.kept.is_none();
+        if !has_left {
+            return done.and_then(|()| self.whole());
+        }
+        let left = match (done, self.printer.take()) {
+            (Ok(()), Some(printer)) => printer.end(),
+            (Err(problem), _) => {
+                tracing::warn!(?problem, "an answer broke off");
+                0
+            }
+            (Ok(()), None) => 0,
+        };
+        if let Some(account) = &self.account {
+            account.keep_only(REQUEST_BYTES + left as u64);
+        }
+        Err(Problem::internal(&"the answer has left already"))
     }
 }
 
-impl Write for Printed {
+impl<H> Write for Printed<H> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.length += bytes.len() as u64;
         if self.length > self.limit {
@@ -79,16 +187,15 @@ impl Write for Printed {
                 format!("the answer is larger than the limit of {} bytes; ask for less at once", self.limit);
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, detail));
         }
-        if let (Some(file), true) = (&mut self.file, self.text.is_empty() && bytes.len() >= CHUNK) {
-            file.write_all(bytes)?;
-            return Ok(bytes.len());
+        if let Some(printer) = &mut self.printer {
+            return printer.write(bytes);
         }
         if self.text.capacity() == 0 {
             self.text.reserve(bytes.len().max(SMALL_ANSWER));
         }
         self.text.extend_from_slice(bytes);
-        if self.text.len() >= IN_MEMORY {
-            self.write_out()?;
+        if self.text.len() > SENT_WHOLE {
+            self.flow()?;
         }
         Ok(bytes.len())
     }
@@ -116,6 +223,7 @@ pub(super) async fn settled(app: &AppState, account: Account, response: Response
                 return Box::pin(on_disk(app, account, response)).await;
             }
         }
+        None if response.extensions().get::<StillPrinting>().is_some() => {}
         // A file, or events: the result of the computation is not in memory any more.
         None => account.keep_only(REQUEST_BYTES),
     }
@@ -123,7 +231,7 @@ pub(super) async fn settled(app: &AppState, account: Account, response: Response
 }
 
 fn held(account: Account, response: Response) -> Response {
-    response.map(|body| Body::new(Taken { body, _account: account }))
+    response.map(|body| Body::new(Held { body, _held: account }))
 }
 
 /// Moves an answer into a file.
@@ -155,13 +263,13 @@ fn in_file(directory: &Path, text: &Bytes) -> io::Result<Body> {
     Ok(Body::new(FileBody::new(file)))
 }
 
-/// A body that reserves memory until it is taken.
-struct Taken {
+/// A body that holds something until it is taken or dropped: memory, or the computation that prints it.
+struct Held<T> {
     body: Body,
-    _account: Account,
+    _held: T,
 }
 
-impl HttpBody for Taken {
+impl<T: Unpin> HttpBody for Held<T> {
     type Data = Bytes;
     type Error = axum::Error;
 

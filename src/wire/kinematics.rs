@@ -4,7 +4,7 @@ use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
 use utoipa::{IntoParams, ToSchema};
 
-use super::pieces::push_number;
+use super::pieces::push_numbers;
 use super::{Fault, FaultList, Fixed, PoseColumns, Unreadable, read_json};
 use crate::geometry::Vec3;
 use crate::kinematics::{Joints, Setup, ToolPose};
@@ -441,21 +441,18 @@ impl JointWords {
     /// Appends the words as a JSON object: the same bytes as serde writes, with fewer copies.
     #[inline]
     pub(super) fn write_json(&self, out: &mut Vec<u8>) {
-        let linear = [(b"{\"X\":", self.X), (b",\"Y\":", self.Y), (b",\"Z\":", self.Z)];
-        for (key, word) in linear {
-            out.extend_from_slice(key);
-            push_number(out, word);
-        }
-        for (key, word) in [(b",\"A\":", self.A), (b",\"B\":", self.B), (b",\"C\":", self.C)] {
-            if let Some(word) = word {
-                out.extend_from_slice(key);
-                push_number(out, word);
-            }
-        }
-        if let Some(conditioning) = self.conditioning {
-            out.extend_from_slice(b",\"conditioning\":");
-            push_number(out, conditioning);
-        }
+        push_numbers(
+            out,
+            [
+                ("{\"X\":", Some(self.X)),
+                (",\"Y\":", Some(self.Y)),
+                (",\"Z\":", Some(self.Z)),
+                (",\"A\":", self.A),
+                (",\"B\":", self.B),
+                (",\"C\":", self.C),
+                (",\"conditioning\":", self.conditioning),
+            ],
+        );
         out.push(b'}');
     }
 

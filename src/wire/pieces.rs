@@ -10,12 +10,25 @@ const PIECE_ROWS: usize = 2048;
 /// Bytes of a printed row, as a rule.
 const ROW_BYTES: usize = 160;
 
-/// Appends a number as JSON: the same bytes as serde writes.
+/// Appends the numbers that there are, each after its prefix. They are written as JSON: the same bytes as serde writes.
+///
+/// All digits are printed before any are copied. Otherwise each copy would wait for the digits that were stored just
+/// before, and a row would take 1.4 times as long.
 #[inline]
-pub(super) fn push_number(out: &mut Vec<u8>, number: f64) {
-    let mut digits = zmij::Buffer::new();
-    let text = if number.is_finite() { digits.format_finite(number) } else { "null" };
-    out.extend_from_slice(text.as_bytes());
+pub(super) fn push_numbers<const N: usize>(out: &mut Vec<u8>, numbers: [(&str, Option<f64>); N]) {
+    let mut digits = [(); N].map(|()| zmij::Buffer::new());
+    let mut texts = [("", ""); N];
+    for ((text, digits), (prefix, number)) in texts.iter_mut().zip(&mut digits).zip(numbers) {
+        *text = match number {
+            Some(number) if number.is_finite() => (prefix, digits.format_finite(number)),
+            Some(_) => (prefix, "null"),
+            None => ("", ""),
+        };
+    }
+    for (prefix, number) in texts {
+        out.extend_from_slice(prefix.as_bytes());
+        out.extend_from_slice(number.as_bytes());
+    }
 }
 
 /// Writes the text of `rows` rows. `print` appends the rows of a range to a text. A round of pieces is printed while
@@ -80,7 +93,7 @@ mod tests {
 
     fn print(rows: Range<usize>, text: &mut Vec<u8>) {
         for row in rows {
-            push_number(text, row as f64);
+            push_numbers(text, [("", Some(row as f64))]);
             text.push(b'\n');
         }
     }

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::decimal::number_at;
-use super::pieces::push_number;
+use super::pieces::push_numbers;
 use super::{Fault, FaultList, JointWords, Pose, PoseColumns};
 use crate::machine::{Machine, RotaryLetter};
 
@@ -355,7 +355,7 @@ impl JointColumns {
             out.push(b',');
         }
         let [u, v] = self.letters.map(|letter| words.rotary(letter).unwrap_or_default());
-        write_numbers(out, &[words.X, words.Y, words.Z, u, v, words.conditioning.unwrap_or_default()]);
+        write_numbers(out, [words.X, words.Y, words.Z, u, v, words.conditioning.unwrap_or_default()]);
     }
 }
 
@@ -365,17 +365,23 @@ impl Pose {
 
     /// Writes one row of a table of poses.
     pub fn write_row(&self, out: &mut Vec<u8>) {
-        write_numbers(out, &[self.x, self.y, self.z, self.i, self.j, self.k]);
+        write_numbers(out, [self.x, self.y, self.z, self.i, self.j, self.k]);
     }
 }
 
-fn write_numbers(out: &mut Vec<u8>, numbers: &[f64]) {
-    for (index, number) in numbers.iter().enumerate() {
-        if index > 0 {
-            out.push(b',');
-        }
-        push_number(out, *number);
-    }
+#[inline]
+fn write_numbers(out: &mut Vec<u8>, [first, second, third, fourth, fifth, sixth]: [f64; 6]) {
+    push_numbers(
+        out,
+        [
+            ("", Some(first)),
+            (",", Some(second)),
+            (",", Some(third)),
+            (",", Some(fourth)),
+            (",", Some(fifth)),
+            (",", Some(sixth)),
+        ],
+    );
     out.push(b'\n');
 }
 

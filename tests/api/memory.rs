@@ -145,7 +145,15 @@ async fn a_large_answer_that_nobody_takes_holds_no_memory() {
     let mut waiting = Vec::new();
     // Together they are several times the budget.
     for _ in 0..24 {
-        let answer = app.post_text(INVERSE, "application/json", body.clone()).await;
+        let mut answer = app.post_text(INVERSE, "application/json", body.clone()).await;
+        // The answers before may still be printed, and hold their poses for that long.
+        for _ in 0..100 {
+            if answer.status() != StatusCode::SERVICE_UNAVAILABLE {
+                break;
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+            answer = app.post_text(INVERSE, "application/json", body.clone()).await;
+        }
         assert_eq!(answer.status(), 200);
         waiting.push(answer);
     }
@@ -167,11 +175,36 @@ async fn an_answer_has_the_same_bytes_in_memory_and_from_the_disk() {
     let pose = one.split_once('[').unwrap().1.trim_end_matches("]}").to_owned();
     for count in [500, 1000, 20_000] {
         let answer = app.post_json(path, &json!({"joints": vec![row.clone(); count]})).await;
-        let length = answer.content_length().unwrap();
+        let length = answer.content_length();
         let text = answer.text().await.unwrap();
-        assert_eq!(length, text.len() as u64);
+        // A long answer leaves while it is printed, before its length is known.
+        assert_eq!(length, (text.len() <= 256 << 10).then_some(text.len() as u64), "{count}");
         assert_eq!(text.matches(&pose).count(), count);
     }
+}
+
+#[tokio::test]
+async fn clients_that_leave_in_the_middle_of_an_answer_leave_nothing_behind() {
+    let app = spawn_narrow().await;
+    let body = poses(40_000);
+    for _ in 0..8 {
+        let mut answer = app.post_text(INVERSE, "application/json", body.clone()).await;
+        if answer.status() == StatusCode::OK {
+            assert!(answer.chunk().await.unwrap().is_some_and(|begun| !begun.is_empty()));
+        }
+    }
+    let mut looks = 0;
+    let whole = loop {
+        let answer = app.post_text(INVERSE, "application/json", body.clone()).await;
+        if answer.status() == StatusCode::OK {
+            break answer.json::<serde_json::Value>().await.unwrap();
+        }
+        looks += 1;
+        assert!(looks < 100, "the memory does not come back");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    };
+    assert_eq!(whole["joints"].as_array().unwrap().len(), 40_000);
+    assert_eq!(app.files(), (0, 0));
 }
 
 #[tokio::test]

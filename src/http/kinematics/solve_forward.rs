@@ -12,7 +12,7 @@ use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path};
 use crate::http::negotiate::choose;
-use crate::http::printed::Printed;
+use crate::http::printed::print_computed;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
@@ -94,26 +94,33 @@ pub(super) async fn solve_forward_kinematics(
     if csv {
         table::within(app.settings.max_result_bytes, table::most_bytes(header, joints.len()))?;
     }
-    let mut printed = Printed::new(&app);
+    let most = if csv { table::most_bytes(header, joints.len()) } else { most_json_bytes(joints.len()) };
     will_take(joints.len() as u64 * size_of::<Pose>() as u64);
-    let answer = app.compute.run_in_parts(move |threads, stop| {
+    let leaving = print_computed(&app, move |threads, stop, printed| {
         let (setup, _) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
         let poses = forward(&on.machine, &setup, &joints, limits, stop)?;
         drop(joints);
-        let text = if csv {
-            printed.write_all(header).and_then(|()| {
-                write_in_pieces(poses.len(), threads, &mut printed, &|rows, text| {
-                    poses.get(rows).unwrap_or_default().iter().for_each(|pose| pose.write_row(text));
-                })
-            })
+        printed.may_leave((), most);
+        if csv {
+            printed.write_all(header)?;
+            write_in_pieces(poses.len(), threads, printed, &|rows, text| {
+                poses.get(rows).unwrap_or_default().iter().for_each(|pose| pose.write_row(text));
+            })?;
         } else {
             let document = ForwardAnswer { machine_revision: revision, poses };
-            serde_json::to_writer(&mut printed, &document).map_err(std::io::Error::from)
-        };
-        Ok::<_, KinematicsFault>(text.map(|()| printed))
+            serde_json::to_writer(printed, &document).map_err(std::io::Error::from)?;
+        }
+        Ok(())
     });
-    let printed = answer.await???;
-    if csv { table::table(revision, printed) } else { table::document(printed) }
+    let leaving = leaving.await?;
+    Ok(if csv { table::table(revision, leaving).0 } else { table::document(leaving) })
+}
+
+/// The largest length of a document with this many poses.
+fn most_json_bytes(poses: usize) -> u64 {
+    const POSE: u64 = r#"{"x":,"y":,"z":,"i":,"j":,"k":},"#.len() as u64 + 6 * table::NUMBER as u64;
+    const AROUND: u64 = 100;
+    (poses as u64).saturating_mul(POSE).saturating_add(AROUND)
 }
 
 async fn read(

@@ -1,7 +1,6 @@
 //! Tool poses to axis words.
 
 use std::io::Write;
-use std::ops::ControlFlow;
 
 use axum::extract::{Request, State};
 use axum::response::Response;
@@ -12,14 +11,14 @@ use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Path, read_document};
 use crate::http::negotiate::choose;
-use crate::http::printed::Printed;
+use crate::http::printed::{Printed, print_computed, print_here};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
 use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault};
 use crate::machine::Machine;
 use crate::process::Stop;
-use crate::side_by_side::{OneAfterAnother, SideBySide};
+use crate::side_by_side::SideBySide;
 use crate::wire::{
     InverseRequest, JointColumns, KinematicsOptions, NoParameters, PoseColumns, PoseRows, Solutions,
     SolvedPoses, read_query,
@@ -68,46 +67,48 @@ pub(super) async fn solve_inverse_kinematics(
     let task = InverseTask::new(on, &setup, options.selection.unwrap_or_default(), start_words_deg);
     let trifling = task.is_trifling(poses.len());
     will_take(task.working_bytes(poses.len()));
-    let (mut printed, most) = (Printed::new(&app), app.settings.max_result_bytes);
-    let solve = move |threads: &dyn SideBySide, stop: &Stop<'_>| {
+    let most = app.settings.max_result_bytes;
+    let print = move |threads: &dyn SideBySide, stop: &Stop<'_>, printed: &mut Printed<usize>| {
         let InverseAnswer { solutions, warnings } = task.solve(poses, limits, stop)?;
         if csv {
-            let printed = rows(task.machine(), &solutions, most, threads, printed);
-            return Ok((printed, Some(warnings.len())));
+            return rows(task.machine(), &solutions, warnings.len(), most, threads, printed);
         }
-        let text = SolvedPoses::new(revision, solutions, warnings).write_json(threads, &mut printed);
-        Ok::<_, KinematicsFault>((text.map(|()| printed).map_err(Problem::from), None))
+        let document = SolvedPoses::new(revision, solutions, warnings);
+        printed.may_leave(0, document.most_json_bytes());
+        Ok(document.write_json(threads, printed)?)
     };
-    let solved = if trifling {
-        solve(&OneAfterAnother, &|| ControlFlow::Continue(()))
+    let leaving = if trifling {
+        print_here(&app, print)?
     } else {
         // Boxed: otherwise its memory would be part of every small request's.
-        Box::pin(app.compute.run_in_parts(|threads, stop| solve(threads, stop))).await?
+        Box::pin(print_computed(&app, print)).await?
     };
-    let (printed, warnings) = solved?;
-    let printed = printed?;
-    let Some(warnings) = warnings else { return table::document(printed) };
-    let mut response = table::table(revision, printed)?;
+    if !csv {
+        return Ok(table::document(leaving));
+    }
+    let (mut response, warnings) = table::table(revision, leaving);
     let name = HeaderName::from_static("trunnion-warnings");
     response.headers_mut().insert(name, HeaderValue::from(warnings));
     Ok(response)
 }
 
-/// The table, if it does not exceed the largest length of a result.
+/// Prints the table, if it does not exceed the largest length of a result.
 fn rows(
     machine: &Machine,
     solutions: &Solutions,
-    most: u64,
+    warnings: usize,
+    limit: u64,
     threads: &dyn SideBySide,
-    mut printed: Printed,
-) -> Result<Printed, Problem> {
+    printed: &mut Printed<usize>,
+) -> Result<(), Problem> {
     let columns = JointColumns::new(machine, matches!(solutions, Solutions::All { .. }));
     let mut header = Vec::new();
     columns.write_header(&mut header);
-    table::within(most, table::most_bytes(&header, solutions.count()))?;
+    let most = table::most_bytes(&header, solutions.count());
+    table::within(limit, most)?;
+    printed.may_leave(warnings, most);
     printed.write_all(&header)?;
-    solutions.write_rows(columns, threads, &mut printed)?;
-    Ok(printed)
+    Ok(solutions.write_rows(columns, threads, printed)?)
 }
 
 async fn read(

@@ -9,7 +9,7 @@ use http::{HeaderMap, HeaderName, HeaderValue};
 use crate::http::AppState;
 use crate::http::body::{Incoming, media_type};
 use crate::http::extract::is_json;
-use crate::http::printed::Printed;
+use crate::http::printed::{Leaving, StillPrinting};
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::memory;
 use crate::wire::RowFault;
@@ -78,8 +78,10 @@ pub(super) async fn feed(
 /// Memory for rows is reserved in steps of this size \[bytes\].
 const PAID_AT_ONCE: usize = 64 << 10;
 
-/// Longest number in a cell, with the comma after it (bytes).
-const CELL: usize = 25;
+/// Longest number in an answer \[bytes\].
+pub(super) const NUMBER: usize = 24;
+/// Longest cell: a number, with the comma after it \[bytes\].
+const CELL: usize = NUMBER + 1;
 
 /// Refuses an answer that is longer than the limit.
 pub(super) fn within(limit: u64, length: u64) -> Result<(), Problem> {
@@ -97,26 +99,31 @@ pub(super) fn most_bytes(header: &[u8], rows: usize) -> u64 {
 }
 
 /// The answer of a table.
-pub(super) fn table(revision: i64, printed: Printed) -> Result<Response, Problem> {
+pub(super) fn table<H>(revision: i64, leaving: Leaving<H>) -> (Response, H) {
     let kind = HeaderValue::from_static("text/csv; charset=utf-8; header=present");
-    let mut response = answer(kind, printed)?;
+    let (mut response, head) = answer(kind, leaving);
     response.headers_mut().insert(REVISION, HeaderValue::from(revision));
-    Ok(response)
+    (response, head)
 }
 
 /// The answer of a document.
-pub(super) fn document(printed: Printed) -> Result<Response, Problem> {
-    answer(HeaderValue::from_static("application/json"), printed)
+pub(super) fn document<H>(leaving: Leaving<H>) -> Response {
+    answer(HeaderValue::from_static("application/json"), leaving).0
 }
 
 /// Fields of an answer's header, with those that are added to every answer.
 const HEADERS: usize = 12;
 
-fn answer(kind: HeaderValue, printed: Printed) -> Result<Response, Problem> {
-    let (body, length) = printed.into_body()?;
+fn answer<H>(kind: HeaderValue, leaving: Leaving<H>) -> (Response, H) {
+    let Leaving { head, body, length, is_printing } = leaving;
     let mut response = body.into_response();
     response.headers_mut().reserve(HEADERS);
     response.headers_mut().insert(CONTENT_TYPE, kind);
-    response.headers_mut().insert(CONTENT_LENGTH, HeaderValue::from(length));
-    Ok(response)
+    if let Some(length) = length {
+        response.headers_mut().insert(CONTENT_LENGTH, HeaderValue::from(length));
+    }
+    if is_printing {
+        response.extensions_mut().insert(StillPrinting);
+    }
+    (response, head)
 }
