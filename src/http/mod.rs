@@ -13,6 +13,7 @@ pub mod connections;
 mod contour_figure;
 mod current_machine;
 mod date;
+mod described;
 mod edge;
 mod extract;
 mod file_body;

@@ -14,7 +14,7 @@ use super::negotiate::choose;
 use super::observation::Operations;
 use super::problem::Problem;
 use super::routes::{described, document};
-use super::{AppState, edge, openapi};
+use super::{AppState, edge};
 
 /// Other pages of the service, with ids of their own.
 const PAGES: [(&str, &str, &str); 4] = [
@@ -29,15 +29,15 @@ static DESCRIPTION: LazyLock<Bytes> = LazyLock::new(|| document().to_string().in
 
 /// The whole service.
 pub fn router(app: AppState) -> Router {
-    let (router, description) = described();
-    app.serve_operations(|| Operations::new(openapi::all(&description).chain(PAGES)));
+    let routes = described();
+    app.serve_operations(|| Operations::new(routes.operations().chain(PAGES)));
     let served = |headers: HeaderMap| async move {
         choose(&headers, &["application/json"])?;
         Ok::<_, Problem>(([(CONTENT_TYPE, "application/json")], DESCRIPTION.clone()).into_response())
     };
     // Without this setting the page sends its document to a validator on the internet.
     let docs = SwaggerUi::new("/docs").config(Config::new(["/openapi.json"]).validator_url("none"));
-    behind_the_edge(router.route("/openapi.json", get(served)).merge(docs), app)
+    behind_the_edge(routes.into_router().route("/openapi.json", get(served)).merge(docs), app)
 }
 
 /// These routes, with all steps that a request passes on its way to a handler.

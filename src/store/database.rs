@@ -125,7 +125,7 @@ impl Store {
         }
         if alone {
             not_newer(&writer).await?;
-            sqlx::migrate!().run(&writer).await?;
+            migrate(&writer).await?;
         } else {
             same_form(&writer).await?;
         }
@@ -206,6 +206,16 @@ where
             Err(fault).doing(doing)
         }
     }
+}
+
+/// Updates the database to the newest form. The migrations are not written through to the disk one by one: the first
+/// transaction after them writes the log through from its beginning. If the power fails before, they run again.
+async fn migrate(writer: &SqlitePool) -> Result<(), StoreError> {
+    let doing = "setting how the database writes";
+    sqlx::query("PRAGMA synchronous = NORMAL").execute(writer).await.doing(doing)?;
+    sqlx::migrate!().run(writer).await?;
+    sqlx::query("PRAGMA synchronous = FULL").execute(writer).await.doing(doing)?;
+    Ok(())
 }
 
 /// Whether the database is in the form of this version.

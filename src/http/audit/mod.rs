@@ -2,12 +2,9 @@
 
 mod list_audit;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(list_audit::list_audit_entries))
+pub(super) fn router() -> Described {
+    Described::default().routes(routes!(list_audit::list_audit_entries))
 }

@@ -12,18 +12,17 @@ mod list_calibrations;
 mod report_page;
 
 use http::HeaderMap;
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
 
 use super::AppState;
 use super::conditional::unless_known;
+use super::described::{Described, routes};
 use super::extract::json_response;
 use super::problem::Problem;
 use crate::store::{CalibrationRow, Revision};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(create_calibration::create_calibration, list_calibrations::list_calibrations))
         .routes(routes!(get_trend::get_calibration_trend))
         .routes(routes!(get_calibration::get_calibration))

@@ -15,11 +15,10 @@ mod list_jobs;
 
 use axum::response::Response;
 use http::HeaderMap;
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
 
 use super::AppState;
 use super::conditional::unless_known;
+use super::described::{Described, routes};
 use super::negotiate::choose;
 use super::problem::Problem;
 use super::programs::answer::{self, CSV, Table};
@@ -27,8 +26,8 @@ use crate::store::JobRow;
 use crate::wire::{JobDocument, JobState};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(list_jobs::list_jobs, create_job::create_job))
         .routes(routes!(get_job::get_job, cancel_job::cancel_job))
         .routes(routes!(get_events::get_job_events))

@@ -5,15 +5,12 @@ mod get_key;
 mod list_keys;
 mod revoke_key;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 use super::problem::{Problem, ProblemType};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(create_key::create_api_key, list_keys::list_api_keys))
         .routes(routes!(get_key::get_api_key, revoke_key::revoke_api_key))
 }

@@ -4,14 +4,11 @@ mod solve_forward;
 mod solve_inverse;
 mod table;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(solve_inverse::solve_inverse_kinematics))
         .routes(routes!(solve_forward::solve_forward_kinematics))
 }

@@ -8,14 +8,11 @@ mod list_presets;
 mod list_revisions;
 mod put_machine;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(put_machine::put_machine, get_machine::get_machine, delete_machine::delete_machine))
         .routes(routes!(list_machines::list_machines))
         .routes(routes!(list_revisions::list_machine_revisions))

@@ -126,20 +126,6 @@ fn guarded(document: &mut Document) {
     }
 }
 
-/// Every operation: method, pattern of the path, id.
-pub(super) fn all(document: &Document) -> impl Iterator<Item = (&'static str, &str, &str)> {
-    document.paths.paths.iter().flat_map(|(path, item)| {
-        methods(item).map(|(method, operation)| {
-            (method, path.as_str(), operation.operation_id.as_deref().unwrap_or("?"))
-        })
-    })
-}
-
-fn methods(item: &PathItem) -> impl Iterator<Item = (&'static str, &Operation)> {
-    let all = [("GET", &item.get), ("PUT", &item.put), ("POST", &item.post), ("DELETE", &item.delete)];
-    all.into_iter().filter_map(|(method, operation)| operation.as_ref().map(|operation| (method, operation)))
-}
-
 fn methods_mut(item: &mut PathItem) -> impl Iterator<Item = (&'static str, &mut Operation)> {
     let PathItem { get, put, post, delete, .. } = item;
     let all = [("GET", get), ("PUT", put), ("POST", post), ("DELETE", delete)];

@@ -81,7 +81,7 @@ struct CompensationForm {
         Refusals,
     )
 )]
-pub(super) async fn compensate_program_in_one_pass(
+pub(super) async fn compensate_program(
     State(app): State<AppState>,
     Path(machine_id): Path<String>,
     request: Request,

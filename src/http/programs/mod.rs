@@ -11,10 +11,7 @@ mod simulate_servo_program;
 pub(super) mod upload;
 mod verify_part;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 
 /// A pass of a ball-end cutter of 5 mm, as the description shows it: it states its unit, its tool and its contacts.
 pub(super) const EXAMPLE_PROGRAM: &str = "%
@@ -31,13 +28,13 @@ M30
 ";
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(compensate_cc_path::compensate_cc_path))
         .routes(routes!(compensate_wear::compensate_wear_of_program))
-        .routes(routes!(compensate_program::compensate_program_in_one_pass))
+        .routes(routes!(compensate_program::compensate_program))
         .routes(routes!(interpret_program::interpret_program))
         .routes(routes!(post_program::post_program))
         .routes(routes!(simulate_servo_program::simulate_servo_program))
-        .routes(routes!(verify_part::verify_part_of_program))
+        .routes(routes!(verify_part::verify_part))
 }

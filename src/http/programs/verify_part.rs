@@ -73,7 +73,7 @@ struct VerificationForm {
         Refusals,
     )
 )]
-pub(super) async fn verify_part_of_program(
+pub(super) async fn verify_part(
     State(app): State<AppState>,
     Path(machine_id): Path<String>,
     request: Request,

@@ -7,14 +7,11 @@ mod get_readiness;
 mod get_version;
 mod list_limits;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(get_health::get_health))
         .routes(routes!(get_readiness::get_readiness))
         .routes(routes!(get_metrics::get_metrics))

@@ -6,19 +6,17 @@ mod match_servo;
 mod simulate_servo;
 mod sweep_servo;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
 use super::AppState;
 use super::caller::Caller;
 use super::current_machine::current_machine;
+use super::described::{Described, routes};
 use super::problem::{Problem, ProblemType};
 use crate::jobs::ServoWork;
 use crate::wire::{FaultList, ServoDraft, ServoOptions};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(simulate_servo::simulate_servo))
         .routes(routes!(sweep_servo::sweep_servo))
         .routes(routes!(match_servo::match_servo))

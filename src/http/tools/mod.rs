@@ -7,16 +7,14 @@ mod list_tool_revisions;
 mod list_tools;
 mod put_tool;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
 use super::AppState;
 use super::current_machine::current_machine;
+use super::described::{Described, routes};
 use super::problem::Problem;
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(put_tool::put_tool, get_tool::get_tool, delete_tool::delete_tool))
         .routes(routes!(list_tools::list_tools))
         .routes(routes!(list_tool_revisions::list_tool_revisions))

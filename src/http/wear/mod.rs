@@ -4,14 +4,11 @@ mod advise_wear;
 mod history;
 mod scallop_height;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
-use super::AppState;
+use super::described::{Described, routes};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(scallop_height::compute_scallop_height))
         .routes(routes!(advise_wear::advise_wear))
         .merge(history::router())

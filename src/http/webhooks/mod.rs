@@ -8,10 +8,9 @@ use axum::response::{IntoResponse, Response};
 pub(super) use described::describe;
 use http::StatusCode;
 use http::header::CACHE_CONTROL;
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
 
 use super::AppState;
+use super::described::{Described, routes};
 use super::extract::Json;
 use super::problem::Problem;
 use crate::jobs::signing_now;
@@ -19,8 +18,8 @@ use crate::store::WebhookSecretRow;
 use crate::wire::{PreviousSecret, WebhookSecretDocument};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(get_secret::get_webhook_secret))
         .routes(routes!(rotate_secret::rotate_webhook_secret))
 }

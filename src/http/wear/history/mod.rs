@@ -7,16 +7,14 @@ mod get_wear_trend;
 mod list_wear_entries;
 mod withdraw_wear_entry;
 
-use utoipa_axum::router::OpenApiRouter;
-use utoipa_axum::routes;
-
 use crate::http::AppState;
+use crate::http::described::{Described, routes};
 use crate::http::problem::{Problem, ProblemType};
 use crate::wire::{FaultList, check_name};
 
 /// The routes of this resource.
-pub(super) fn router() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new()
+pub(super) fn router() -> Described {
+    Described::default()
         .routes(routes!(create_wear_entries::create_wear_entries, list_wear_entries::list_wear_entries))
         .routes(routes!(get_wear_entry::get_wear_entry))
         .routes(routes!(withdraw_wear_entry::withdraw_wear_entry))
