@@ -49,7 +49,7 @@ fn told(name: &str, origin: &Origin, typed: &[String]) -> String {
 
 /// Prints the description of the interface.
 pub(super) fn describe_interface() -> Result<(), CommandFault> {
-    say(&format!("{:#}", crate::http::document()))
+    put(&crate::http::description_text().map_err(CommandFault::Print)?).map_err(CommandFault::Print)
 }
 
 /// A line on standard output.

@@ -1,46 +1,32 @@
-//! Routes with their descriptions. A route is ready at once; its description is made only when it is asked for, because
-//! all of them take more time and memory than the rest of a start.
+//! Routes and their descriptions, from one list of handlers.
+//!
+//! A route knows its names. Its description is made apart from it, for the file that the binary then contains: a start
+//! makes none, and the binary has none of the code that does.
 
 use axum::Router;
 use axum::routing::MethodRouter;
-use utoipa::openapi::{HttpMethod, OpenApi};
-use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouter};
+use utoipa::openapi::HttpMethod;
 
 use super::AppState;
 
-/// Described routes.
+/// Routes, and what the metrics know of them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Described {
+pub(super) struct Routes {
     router: Router<AppState>,
-    routes: Vec<RouteNames>,
+    names: Vec<Names>,
 }
 
-/// A route before it is part of the router.
-pub(super) struct Route {
-    names: RouteNames,
-    handler: MethodRouter<AppState>,
-}
+/// The HTTP method, the pattern of the path, and the id of the operation, which is its handler's name.
+type Names = (&'static str, String, &'static str);
 
-/// What the description and the metrics know of a route.
-#[derive(Debug, Clone)]
-pub(super) struct RouteNames {
-    /// The HTTP method.
-    pub(super) method: &'static str,
-    /// The pattern of the path.
-    pub(super) path: String,
-    /// The id of the operation, which is its handler's name.
-    pub(super) id: &'static str,
-    describe: fn() -> UtoipaMethodRouter<AppState>,
-}
-
-impl Route {
-    /// The route of a handler. [`routes`] knows all of this from the handler's name.
-    pub(super) fn new(
+impl Routes {
+    /// Adds the route of a handler. [`resource`] knows its names.
+    pub(super) fn add(
+        mut self,
         method: &HttpMethod,
         path: String,
         id: &'static str,
         handler: MethodRouter<AppState>,
-        describe: fn() -> UtoipaMethodRouter<AppState>,
     ) -> Self {
         let method = match method {
             HttpMethod::Get => "GET",
@@ -52,59 +38,55 @@ impl Route {
             HttpMethod::Patch => "PATCH",
             HttpMethod::Trace => "TRACE",
         };
-        Self { names: RouteNames { method, path, id, describe }, handler }
-    }
-}
-
-impl Described {
-    /// Adds these routes.
-    pub(super) fn routes<const N: usize>(self, routes: [Route; N]) -> Self {
-        routes.into_iter().fold(self, |mut all, Route { names, handler }| {
-            all.router = all.router.route(&names.path, handler);
-            all.routes.push(names);
-            all
-        })
+        self.router = self.router.route(&path, handler);
+        self.names.push((method, path, id));
+        self
     }
 
     /// Adds the routes of another resource.
     pub(super) fn merge(mut self, other: Self) -> Self {
-        self.routes.extend(other.routes);
-        Self { router: self.router.merge(other.router), routes: self.routes }
+        self.names.extend(other.names);
+        Self { router: self.router.merge(other.router), names: self.names }
     }
 
     /// Every operation: method, pattern of the path, id.
     pub(super) fn operations(&self) -> impl Iterator<Item = (&'static str, &str, &str)> {
-        self.routes.iter().map(|route| (route.method, route.path.as_str(), route.id))
+        self.names.iter().map(|(method, path, id)| (*method, path.as_str(), *id))
     }
 
-    /// The routes without their descriptions.
+    /// The routes alone.
     pub(super) fn into_router(self) -> Router<AppState> {
         self.router
     }
-
-    /// `base` with the descriptions of all routes.
-    pub(super) fn describe(&self, base: OpenApi) -> OpenApi {
-        let router = OpenApiRouter::with_openapi(base);
-        self.routes.iter().fold(router, |router, route| router.routes((route.describe)())).into_openapi()
-    }
 }
 
-/// The routes of these handlers, each `module::handler`.
-macro_rules! routes {
-    ($($module:ident :: $handler:ident),+ $(,)?) => {
-        [$(pastey::paste! {{
-            let methods = <$module::[<__path_ $handler>] as utoipa::Path>::methods();
-            // Every handler has one method.
-            let method = methods.into_iter().next().unwrap_or(utoipa::openapi::HttpMethod::Get);
-            let filter = utoipa_axum::PathItemExt::to_method_filter(&method);
-            $crate::http::described::Route::new(
-                &method,
-                <$module::[<__path_ $handler>] as utoipa::Path>::path(),
-                stringify!($handler),
-                axum::routing::on(filter, $module::$handler),
-                || utoipa_axum::routes!($module::$handler),
-            )
-        }}),+]
+/// Makes `routes()` and `describe()` of a resource from its handlers, each `module::handler`; after a semicolon come
+/// resources that belong to it.
+macro_rules! resource {
+    ($($module:ident :: $handler:ident),+ $(,)? $(; $($nested:ident),+)?) => {
+        /// The routes of this resource.
+        pub(super) fn routes() -> $crate::http::described::Routes {
+            let routes = $crate::http::described::Routes::default();
+            $(let routes = pastey::paste! {{
+                let methods = <$module::[<__path_ $handler>] as utoipa::Path>::methods();
+                // Every handler has one method.
+                let method = methods.into_iter().next().unwrap_or(utoipa::openapi::HttpMethod::Get);
+                let filter = utoipa_axum::PathItemExt::to_method_filter(&method);
+                let path = <$module::[<__path_ $handler>] as utoipa::Path>::path();
+                routes.add(&method, path, stringify!($handler), axum::routing::on(filter, $module::$handler))
+            }};)+
+            $($(let routes = routes.merge($nested::routes());)+)?
+            routes
+        }
+
+        /// Adds the descriptions of these routes.
+        pub(super) fn describe(
+            described: utoipa_axum::router::OpenApiRouter<$crate::http::AppState>,
+        ) -> utoipa_axum::router::OpenApiRouter<$crate::http::AppState> {
+            let described = described$(.routes(utoipa_axum::routes!($module::$handler)))+;
+            $($(let described = $nested::describe(described);)+)?
+            described
+        }
     };
 }
-pub(super) use routes;
+pub(super) use resource;

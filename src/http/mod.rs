@@ -14,7 +14,9 @@ mod contour_figure;
 mod current_machine;
 mod date;
 mod described;
+mod docs;
 mod edge;
+mod embedded;
 mod extract;
 mod file_body;
 pub mod first_bytes;
@@ -56,6 +58,7 @@ mod watch;
 mod wear;
 mod webhooks;
 
+pub use docs::description_text;
 pub use router::{behind_the_edge, router};
 pub use routes::{document, operations};
 pub use state::AppState;

@@ -89,7 +89,7 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
                     "webhooks",
                 ],
             ),
-            ("router", &["openapi", "observation"]),
+            ("router", &["observation"]),
         ],
     ),
 ];

@@ -2,9 +2,8 @@
 
 mod list_audit;
 
-use super::described::{Described, routes};
+use super::described::resource;
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default().routes(routes!(list_audit::list_audit_entries))
+resource! {
+    list_audit::list_audit_entries,
 }

@@ -15,21 +15,20 @@ use http::HeaderMap;
 
 use super::AppState;
 use super::conditional::unless_known;
-use super::described::{Described, routes};
+use super::described::resource;
 use super::extract::json_response;
 use super::problem::Problem;
 use crate::store::{CalibrationRow, Revision};
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(create_calibration::create_calibration, list_calibrations::list_calibrations))
-        .routes(routes!(get_trend::get_calibration_trend))
-        .routes(routes!(get_calibration::get_calibration))
-        .routes(routes!(get_run::get_calibration_run))
-        .routes(routes!(compare_calibrations::compare_calibrations))
-        .routes(routes!(export_calibration::export_calibration))
-        .routes(routes!(apply_calibration::apply_calibration))
+resource! {
+    create_calibration::create_calibration,
+    list_calibrations::list_calibrations,
+    get_trend::get_calibration_trend,
+    get_calibration::get_calibration,
+    get_run::get_calibration_run,
+    compare_calibrations::compare_calibrations,
+    export_calibration::export_calibration,
+    apply_calibration::apply_calibration,
 }
 
 /// One run of a machine.

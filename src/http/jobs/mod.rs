@@ -18,25 +18,26 @@ use http::HeaderMap;
 
 use super::AppState;
 use super::conditional::unless_known;
-use super::described::{Described, routes};
+use super::described::resource;
 use super::negotiate::choose;
 use super::problem::Problem;
 use super::programs::answer::{self, CSV, Table};
 use crate::store::JobRow;
 use crate::wire::{JobDocument, JobState};
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(list_jobs::list_jobs, create_job::create_job))
-        .routes(routes!(get_job::get_job, cancel_job::cancel_job))
-        .routes(routes!(get_events::get_job_events))
-        .routes(routes!(list_deliveries::list_job_deliveries, deliver_again::deliver_job_again))
-        .routes(routes!(get_program::get_job_program))
-        .routes(routes!(get_report::get_job_report))
-        .routes(routes!(get_residuals::get_job_residuals))
-        .routes(routes!(get_changes::get_job_changes))
-        .routes(routes!(get_plot::get_job_plot))
+resource! {
+    list_jobs::list_jobs,
+    create_job::create_job,
+    get_job::get_job,
+    cancel_job::cancel_job,
+    get_events::get_job_events,
+    list_deliveries::list_job_deliveries,
+    deliver_again::deliver_job_again,
+    get_program::get_job_program,
+    get_report::get_job_report,
+    get_residuals::get_job_residuals,
+    get_changes::get_job_changes,
+    get_plot::get_job_plot,
 }
 
 async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {

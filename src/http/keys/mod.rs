@@ -5,14 +5,14 @@ mod get_key;
 mod list_keys;
 mod revoke_key;
 
-use super::described::{Described, routes};
+use super::described::resource;
 use super::problem::{Problem, ProblemType};
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(create_key::create_api_key, list_keys::list_api_keys))
-        .routes(routes!(get_key::get_api_key, revoke_key::revoke_api_key))
+resource! {
+    create_key::create_api_key,
+    list_keys::list_api_keys,
+    get_key::get_api_key,
+    revoke_key::revoke_api_key,
 }
 
 fn key_not_found(id: &str) -> Problem {

@@ -4,11 +4,9 @@ mod solve_forward;
 mod solve_inverse;
 mod table;
 
-use super::described::{Described, routes};
+use super::described::resource;
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(solve_inverse::solve_inverse_kinematics))
-        .routes(routes!(solve_forward::solve_forward_kinematics))
+resource! {
+    solve_inverse::solve_inverse_kinematics,
+    solve_forward::solve_forward_kinematics,
 }

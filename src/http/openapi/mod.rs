@@ -14,7 +14,7 @@ use utoipa::openapi::{OpenApi as Document, PathItem};
 use super::access::{Need, needed};
 use super::problem::{ProblemDocument, ProblemType};
 use super::refusals::responses;
-use super::webhooks::describe;
+use super::webhooks::describe_messages;
 
 /// The parts of the description that no route states.
 #[derive(OpenApi)]
@@ -46,7 +46,7 @@ pub(super) fn completed(mut document: Document) -> Document {
     env!("CARGO_PKG_VERSION").clone_into(&mut document.info.version);
     document.servers = Some(vec![utoipa::openapi::Server::new("/")]);
     guarded(&mut document);
-    describe(&mut document);
+    describe_messages(&mut document);
     document
 }
 

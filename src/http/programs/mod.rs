@@ -11,7 +11,7 @@ mod simulate_servo_program;
 pub(super) mod upload;
 mod verify_part;
 
-use super::described::{Described, routes};
+use super::described::resource;
 
 /// A pass of a ball-end cutter of 5 mm, as the description shows it: it states its unit, its tool and its contacts.
 pub(super) const EXAMPLE_PROGRAM: &str = "%
@@ -27,14 +27,12 @@ M30
 %
 ";
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(compensate_cc_path::compensate_cc_path))
-        .routes(routes!(compensate_wear::compensate_wear_of_program))
-        .routes(routes!(compensate_program::compensate_program))
-        .routes(routes!(interpret_program::interpret_program))
-        .routes(routes!(post_program::post_program))
-        .routes(routes!(simulate_servo_program::simulate_servo_program))
-        .routes(routes!(verify_part::verify_part))
+resource! {
+    compensate_cc_path::compensate_cc_path,
+    compensate_wear::compensate_wear_of_program,
+    compensate_program::compensate_program,
+    interpret_program::interpret_program,
+    post_program::post_program,
+    simulate_servo_program::simulate_servo_program,
+    verify_part::verify_part,
 }

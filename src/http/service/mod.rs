@@ -7,16 +7,14 @@ mod get_readiness;
 mod get_version;
 mod list_limits;
 
-use super::described::{Described, routes};
+use super::described::resource;
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(get_health::get_health))
-        .routes(routes!(get_readiness::get_readiness))
-        .routes(routes!(get_metrics::get_metrics))
-        .routes(routes!(get_version::get_version))
-        .routes(routes!(list_limits::list_limits))
-        .routes(routes!(get_problem::list_problems))
-        .routes(routes!(get_problem::get_problem))
+resource! {
+    get_health::get_health,
+    get_readiness::get_readiness,
+    get_metrics::get_metrics,
+    get_version::get_version,
+    list_limits::list_limits,
+    get_problem::list_problems,
+    get_problem::get_problem,
 }

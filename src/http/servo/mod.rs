@@ -9,18 +9,16 @@ mod sweep_servo;
 use super::AppState;
 use super::caller::Caller;
 use super::current_machine::current_machine;
-use super::described::{Described, routes};
+use super::described::resource;
 use super::problem::{Problem, ProblemType};
 use crate::jobs::ServoWork;
 use crate::wire::{FaultList, ServoDraft, ServoOptions};
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(simulate_servo::simulate_servo))
-        .routes(routes!(sweep_servo::sweep_servo))
-        .routes(routes!(match_servo::match_servo))
-        .routes(routes!(list_drive_presets::list_drive_presets))
+resource! {
+    simulate_servo::simulate_servo,
+    sweep_servo::sweep_servo,
+    match_servo::match_servo,
+    list_drive_presets::list_drive_presets,
 }
 
 /// Media types that a servo operation answers.

@@ -9,16 +9,16 @@ mod put_tool;
 
 use super::AppState;
 use super::current_machine::current_machine;
-use super::described::{Described, routes};
+use super::described::resource;
 use super::problem::Problem;
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(put_tool::put_tool, get_tool::get_tool, delete_tool::delete_tool))
-        .routes(routes!(list_tools::list_tools))
-        .routes(routes!(list_tool_revisions::list_tool_revisions))
-        .routes(routes!(get_tool_revision::get_tool_revision))
+resource! {
+    put_tool::put_tool,
+    get_tool::get_tool,
+    delete_tool::delete_tool,
+    list_tools::list_tools,
+    list_tool_revisions::list_tool_revisions,
+    get_tool_revision::get_tool_revision,
 }
 
 /// The refusal for a missing tool; the machine may be missing too.

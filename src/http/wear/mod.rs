@@ -4,12 +4,10 @@ mod advise_wear;
 mod history;
 mod scallop_height;
 
-use super::described::{Described, routes};
+use super::described::resource;
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(scallop_height::compute_scallop_height))
-        .routes(routes!(advise_wear::advise_wear))
-        .merge(history::router())
+resource! {
+    scallop_height::compute_scallop_height,
+    advise_wear::advise_wear,
+    ; history
 }

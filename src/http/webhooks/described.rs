@@ -99,7 +99,7 @@ fn take_job_end() {}
 struct Sent;
 
 /// Adds the messages to the description.
-pub(in crate::http) fn describe(document: &mut Document) {
+pub(in crate::http) fn describe_messages(document: &mut Document) {
     let mut sent = Sent::openapi();
     if let Some(components) = sent.components.take() {
         document.components.get_or_insert_default().schemas.extend(components.schemas);

@@ -5,23 +5,21 @@ mod get_secret;
 mod rotate_secret;
 
 use axum::response::{IntoResponse, Response};
-pub(super) use described::describe;
+pub(super) use described::describe_messages;
 use http::StatusCode;
 use http::header::CACHE_CONTROL;
 
 use super::AppState;
-use super::described::{Described, routes};
+use super::described::resource;
 use super::extract::Json;
 use super::problem::Problem;
 use crate::jobs::signing_now;
 use crate::store::WebhookSecretRow;
 use crate::wire::{PreviousSecret, WebhookSecretDocument};
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(get_secret::get_webhook_secret))
-        .routes(routes!(rotate_secret::rotate_webhook_secret))
+resource! {
+    get_secret::get_webhook_secret,
+    rotate_secret::rotate_webhook_secret,
 }
 
 /// The secrets that sign now; the answer must not be cached.

@@ -8,17 +8,16 @@ mod list_wear_entries;
 mod withdraw_wear_entry;
 
 use crate::http::AppState;
-use crate::http::described::{Described, routes};
+use crate::http::described::resource;
 use crate::http::problem::{Problem, ProblemType};
 use crate::wire::{FaultList, check_name};
 
-/// The routes of this resource.
-pub(super) fn router() -> Described {
-    Described::default()
-        .routes(routes!(create_wear_entries::create_wear_entries, list_wear_entries::list_wear_entries))
-        .routes(routes!(get_wear_entry::get_wear_entry))
-        .routes(routes!(withdraw_wear_entry::withdraw_wear_entry))
-        .routes(routes!(get_wear_trend::get_wear_trend))
+resource! {
+    create_wear_entries::create_wear_entries,
+    list_wear_entries::list_wear_entries,
+    get_wear_entry::get_wear_entry,
+    withdraw_wear_entry::withdraw_wear_entry,
+    get_wear_trend::get_wear_trend,
 }
 
 /// A deleted machine keeps its history.
