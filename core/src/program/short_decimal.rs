@@ -1,11 +1,11 @@
 //! Short decimals, printed eight digits at a time.
 //!
 //! Nearly every number of a program has at most eight digits. These fit into one machine word: a few multiplications
-//! give all of them at once, and the point goes between two shifted copies. One such number takes about as long as with
-//! [`print_into`](super::decimal::print_into). But it is a value, so a block's numbers are computed side by side before
-//! the first one is written. The price is a second way to print a number. The tests compare the two.
+//! give all of them at once, and the point goes between two shifted copies. There is no loop and hardly a branch, so a
+//! processor begins a number before it has finished the one before. The price is a second way to print a number. The
+//! tests compare the two.
 //!
-//! Text is appended in pieces of a fixed length and cut to its own length afterwards. A copy of a fixed length is two
+//! Text is written in pieces of a fixed length, and what is too much is written over. A copy of a fixed length is two
 //! instructions; a copy of any other length is a call.
 
 use super::decimal::Look;
@@ -19,8 +19,8 @@ const EIGHT_DIGITS_END: f64 = 99_999_999.0;
 const ROOM: usize = 32;
 /// The longest text that is copied in one piece [bytes].
 const PIECE: usize = 16;
-/// The bytes of a row that wait.
-const ROW: usize = 128;
+/// The longest row, with the room that its last number needs [bytes].
+const ROW: usize = 192;
 /// Eight times the digit 0.
 const ZEROS: u64 = 0x3030_3030_3030_3030;
 
@@ -35,24 +35,21 @@ const fn eight_digits(number: u32) -> u64 {
     tens | (twos - 10 * tens) << 8
 }
 
-/// A number of at most eight digits, of which at most seven are decimals, as it is written.
+/// A number of at most eight digits, of which at most seven are decimals, and how it is written.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ShortDecimal {
-    /// The digits, the first one in the lowest byte.
-    digits: u64,
-    /// The number of digits before the point.
-    whole: u32,
-    /// The length of the whole text.
-    length: u32,
+    /// The number in units of its last decimal, without its sign.
+    units: u32,
+    decimals: u8,
+    /// The least number of digits.
+    least: u8,
     sign: u8,
     /// Whether the sign is written.
     is_signed: bool,
+    has_point: bool,
 }
 
 impl ShortDecimal {
-    /// No text.
-    pub(super) const NOTHING: Self = Self { digits: 0, whole: 0, length: 0, sign: 0, is_signed: false };
-
     /// The number with this number of decimals; `None` if it is not short.
     #[inline]
     pub(super) fn of(value: f64, decimals: u8, look: Look) -> Option<Self> {
@@ -66,79 +63,92 @@ impl ShortDecimal {
         }
         // Adds a half and cuts, as the plain version does.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below 10⁸")]
-        let number = (units + 0.5) as u32;
-        let is_negative = value < 0.0 && number > 0;
-        let digits = eight_digits(number);
-        let significant = 8 - digits.trailing_zeros() / 8;
-        let decimals = u32::from(decimals);
-        let least = decimals + u32::from(decimals == 0 || !look.drops_zero);
-        let count = significant.max(least);
-        let is_signed = is_negative || look.plus;
+        let units = (units + 0.5) as i64 as u32;
+        let is_negative = value < 0.0 && units > 0;
         Some(Self {
-            digits: (digits | ZEROS) >> ((64 - 8 * count) & 63),
-            whole: count - decimals,
-            length: u32::from(is_signed) + count + u32::from(decimals > 0 || look.ends_in_point),
+            units,
+            decimals,
+            least: decimals + u8::from(decimals == 0 || !look.drops_zero),
             sign: if is_negative { b'-' } else { b'+' },
-            is_signed,
+            is_signed: is_negative || look.plus,
+            has_point: decimals > 0 || look.ends_in_point,
         })
     }
 
+    /// Writes the number and returns the length of its text.
     #[inline]
     fn write_to(self, room: &mut [u8; ROOM]) -> usize {
-        let (start, whole) = (usize::from(self.is_signed), (self.whole & 15) as usize);
+        let digits = eight_digits(self.units);
+        let significant = 8 - digits.trailing_zeros() / 8;
+        let count = significant.max(u32::from(self.least));
+        let digits = (digits | ZEROS) >> ((64 - 8 * count) & 63);
+        let whole = (count - u32::from(self.decimals)) as usize & 15;
+        let start = usize::from(self.is_signed);
         room[0] = self.sign;
-        room[start..start + 8].copy_from_slice(&self.digits.to_le_bytes());
+        room[start..start + 8].copy_from_slice(&digits.to_le_bytes());
         room[start + whole] = b'.';
         // All eight digits may be before the point. A shift by 64 bits is not allowed.
-        let fraction = (self.digits >> (4 * whole)) >> (4 * whole);
+        let fraction = (digits >> (4 * whole)) >> (4 * whole);
         room[start + whole + 1..start + whole + 9].copy_from_slice(&fraction.to_le_bytes());
-        self.length as usize
+        start + count as usize + usize::from(self.has_point)
     }
 }
 
-/// A row of text on its way to the end of a longer text. The first bytes wait in an array, which is faster to write to
-/// than the end of a vector.
+/// A row of text that is being written. Its room has a fixed length and is already at the end of the longer text, so
+/// nothing is copied afterwards, and no piece asks whether the text must grow.
 pub(super) struct Row<'a> {
-    bytes: [u8; ROW],
+    room: &'a mut [u8; ROW],
     length: usize,
-    out: &'a mut Vec<u8>,
 }
 
-impl<'a> Row<'a> {
-    pub(super) fn new(out: &'a mut Vec<u8>) -> Self {
-        Self { bytes: [0; ROW], length: 0, out }
+/// Appends the row that `write` writes. If it gives `None`, nothing is appended and the answer is false.
+#[inline]
+pub(super) fn append_row(out: &mut Vec<u8>, write: impl FnOnce(&mut Row<'_>) -> Option<()>) -> bool {
+    let start = out.len();
+    out.resize(start + ROW, 0);
+    let written = out.last_chunk_mut().and_then(|room| {
+        let mut row = Row { room, length: 0 };
+        write(&mut row)?;
+        Some(row.length)
+    });
+    out.truncate(start + written.unwrap_or(0));
+    written.is_some()
+}
+
+impl Row<'_> {
+    /// Appends the bytes between two positions of a text; `None` if there is no room for them.
+    #[inline]
+    pub(super) fn push_piece(&mut self, text: &[u8], from: usize, to: usize) -> Option<()> {
+        let piece = text.get(from..to).unwrap_or_default();
+        self.room.get_mut(self.length..)?.get_mut(..piece.len())?.copy_from_slice(piece);
+        self.length += piece.len();
+        Some(())
     }
 
-    /// Appends the bytes between two positions of a text.
+    /// Appends a number, and before it the bytes between two positions of a text; `None` if there is no room for them.
     #[inline]
-    pub(super) fn push_piece(&mut self, text: &[u8], from: usize, to: usize) {
-        if to <= from + PIECE
-            && let Some(piece) = text.get(from..).and_then(<[u8]>::first_chunk::<PIECE>)
-            && let Some(room) = self.bytes.get_mut(self.length..).and_then(<[u8]>::first_chunk_mut)
-        {
-            *room = *piece;
-            self.length += to.saturating_sub(from);
+    pub(super) fn push_word(
+        &mut self,
+        text: &[u8],
+        from: usize,
+        to: usize,
+        number: ShortDecimal,
+    ) -> Option<()> {
+        let mut before = to.saturating_sub(from);
+        let piece = text.get(from..).and_then(<[u8]>::first_chunk::<PIECE>);
+        let piece = if let Some(piece) = piece.filter(|_| before <= PIECE) {
+            piece
         } else {
-            self.flush().extend_from_slice(text.get(from..to).unwrap_or_default());
-        }
-    }
-
-    /// Appends a number.
-    #[inline]
-    pub(super) fn push_short(&mut self, number: ShortDecimal) {
-        if self.length + ROOM > ROW {
-            self.flush();
-        }
-        if let Some(room) = self.bytes.get_mut(self.length..).and_then(<[u8]>::first_chunk_mut) {
-            self.length += number.write_to(room);
-        }
-    }
-
-    /// Hands the bytes over that wait, and gives the text to which others can be appended.
-    pub(super) fn flush(&mut self) -> &mut Vec<u8> {
-        self.out.extend_from_slice(self.bytes.get(..self.length).unwrap_or_default());
-        self.length = 0;
-        self.out
+            // A long piece, or one at the end of the text.
+            self.push_piece(text, from, to)?;
+            before = 0;
+            &[0; PIECE]
+        };
+        let room: &mut [u8; PIECE + ROOM] = self.room.get_mut(self.length..)?.first_chunk_mut()?;
+        room[..PIECE].copy_from_slice(piece);
+        let length = number.write_to(room.get_mut(before..)?.first_chunk_mut()?);
+        self.length += before + length;
+        Some(())
     }
 }
 
@@ -160,9 +170,7 @@ mod tests {
             let look = Look { drops_zero: bits & 1 > 0, ends_in_point: bits & 2 > 0, plus: bits & 4 > 0 };
             let Some(number) = ShortDecimal::of(value, decimals, look) else { continue };
             let mut out = b"X".to_vec();
-            let mut row = Row::new(&mut out);
-            row.push_short(number);
-            row.flush();
+            assert!(append_row(&mut out, |row| row.push_word(b"", 0, 0, number)));
             let text = plainly(value, decimals, look);
             assert_eq!(out[1..], text, "{value:?} with {decimals} decimals, {look:?}");
         }
@@ -193,19 +201,25 @@ mod tests {
     #[test]
     fn rows_of_every_length_hold_their_pieces_and_numbers() {
         let text: Vec<u8> = (0..64).collect();
-        let (mut quickly, mut plain) = (vec![7], vec![7]);
-        let mut row = Row::new(&mut quickly);
         for from in 0..=text.len() {
             for to in from..=text.len() {
-                row.push_piece(&text, from, to);
-                plain.extend_from_slice(&text[from..to]);
                 let (value, decimals) = (from as f64 / 8.0 - 3.0, u8::try_from(to % 8).unwrap());
-                row.push_short(ShortDecimal::of(value, decimals, Look::default()).unwrap());
-                plain.extend(plainly(value, decimals, Look::default()));
+                let number = ShortDecimal::of(value, decimals, Look::default()).unwrap();
+                let printed = plainly(value, decimals, Look::default());
+                for words in 0..6 {
+                    let (mut quickly, mut plain) = (vec![7], vec![7]);
+                    let fits = append_row(&mut quickly, |row| {
+                        row.push_piece(&text, 0, words)?;
+                        (0..words).try_for_each(|_| row.push_word(&text, from, to, number))
+                    });
+                    plain.extend_from_slice(&text[..words]);
+                    (0..words).for_each(|_| plain.extend([&text[from..to], &printed].concat()));
+                    assert_eq!(fits, quickly.len() > 1 || words == 0);
+                    assert!(fits || plain.len() + PIECE + ROOM > ROW, "{} bytes have room", plain.len());
+                    assert_eq!(quickly, if fits { plain } else { vec![7] });
+                }
             }
         }
-        row.flush();
-        assert_eq!(quickly, plain);
     }
 
     proptest! {

@@ -195,13 +195,18 @@ fn checked<'a>(batch: &'a Batch, index: usize, words: &[NewWord]) -> Result<&'a 
         let writable = if writing.has_rows {
             batch.columns.contains(&address)
         } else {
-            writing.any_address || written_letter(address).is_some()
+            writing.any_address || has_letter(address)
         };
         if !writable {
             return Err(WriteFault::NoColumn { address });
         }
     }
     Ok(block)
+}
+
+/// Whether [`written_letter`] gives a letter: all but the components of normals have one.
+const fn has_letter(address: Address) -> bool {
+    address.bit() & (Address::NX.bit() | Address::NY.bit() | Address::NZ.bit()) == 0
 }
 
 /// The letter of a word: the tool axis of G43.5 is I J K.

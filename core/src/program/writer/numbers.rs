@@ -2,51 +2,32 @@
 //! replaces one of its words, in the order of the block, and the number is short.
 //!
 //! The general way in `body` looks for places of new words and for words to leave out, which takes longer than the
-//! numbers. Here the digits of all numbers are computed before the first one is written: one number takes long, but a
-//! processor computes several at the same time if nothing else is between them. The price is a second way to print
-//! a block. The tests compare the two.
+//! numbers. Here the words of the block are gone through once, and everything is written into one row of fixed length.
+//! The price is a second way to print a block. The tests compare the two.
 
 use super::NewWord;
-use super::style::plain_look;
-use crate::program::short_decimal::{Row, ShortDecimal};
+use super::style::PlainLooks;
+use crate::program::short_decimal::{Row, ShortDecimal, append_row};
 use crate::program::{Address, Batch, Block, Word};
 
-/// The most words that change.
-const MOST_WORDS: usize = 8;
-
-/// A number, and the bytes of the batch's text before it.
-#[derive(Clone, Copy)]
-struct Numbered {
-    from: u32,
-    to: u32,
-    number: ShortDecimal,
-}
-
-impl Numbered {
-    const NOTHING: Self = Self { from: 0, to: 0, number: ShortDecimal::NOTHING };
-}
-
-/// Finds the new words in the style of the block's words. `start` gives the place where the text before a word starts, by the
-/// word before and the word itself. `None` if more than short numbers of the block change.
+/// Finds the new words among the block's words and appends them. Each has its letter as written, after the text before
+/// it. `start` gives the place where this text starts, by the word before and the word itself. `None` if more than
+/// short numbers of the block change.
 #[expect(clippy::inline_always, reason = "its two callers differ in `start`")]
 #[inline(always)]
-fn numbered(
+fn push_numbers(
     batch: &Batch,
     block: &Block,
     new: &[NewWord],
-    all: &mut [Numbered; MOST_WORDS],
+    row: &mut Row<'_>,
     mut start: impl FnMut(Option<&Word>, &Word) -> Option<u32>,
 ) -> Option<()> {
-    if new.len() > MOST_WORDS || !block.flags.is_plain() {
-        return None;
-    }
-    let words = batch.words(block);
-    let mut next = 0_usize;
-    for (one, new) in all.iter_mut().zip(new) {
-        let mut before = next.checked_sub(1).and_then(|index| words.get(index));
+    let looks = PlainLooks::of(batch)?;
+    let mut words = batch.words(block).iter();
+    let mut before = None;
+    for new in new {
         let word = loop {
-            let word = words.get(next)?;
-            next += 1;
+            let word = words.next()?;
             if word.address == new.address {
                 break word;
             }
@@ -56,8 +37,10 @@ fn numbered(
         if !(word.address.is_coordinate() || word.address == Address::F) {
             return None;
         }
-        let number = ShortDecimal::of(new.value, new.decimals, plain_look(batch, word)?)?;
-        *one = Numbered { from: start(before, word)?, to: word.start + u32::from(word.lead), number };
+        let number = ShortDecimal::of(new.value, new.decimals, looks.of_word(word)?)?;
+        let (from, to) = (start(before, word)?, word.start + u32::from(word.lead));
+        row.push_word(&batch.text, from as usize, to as usize, number)?;
+        before = Some(word);
     }
     Some(())
 }
@@ -65,29 +48,29 @@ fn numbered(
 /// Appends the block up to its line ending, with the new words in place of its own. Appends nothing, and gives false,
 /// if more than short numbers of the block change.
 pub(super) fn print_numbers(batch: &Batch, block: &Block, new: &[NewWord], out: &mut Vec<u8>) -> bool {
-    let mut copied = block.start;
-    let mut all = [Numbered::NOTHING; MOST_WORDS];
-    let start = |_: Option<&Word>, word: &Word| Some(std::mem::replace(&mut copied, word.end));
-    if numbered(batch, block, new, &mut all, start).is_none() {
-        return false;
-    }
-    let mut row = Row::new(out);
-    for one in all.iter().take(new.len()) {
-        row.push_piece(&batch.text, one.from as usize, one.to as usize);
-        row.push_short(one.number);
-    }
-    row.push_piece(&batch.text, copied as usize, block.body_end as usize);
-    row.flush();
-    true
+    block.flags.is_plain()
+        && append_row(out, |row| {
+            let mut copied = block.start;
+            let start = |_: Option<&Word>, word: &Word| Some(std::mem::replace(&mut copied, word.end));
+            push_numbers(batch, block, new, row, start)?;
+            row.push_piece(&batch.text, copied as usize, block.body_end as usize)
+        })
 }
 
 /// Whether only the letter of a word, and `=` if the dialect has it, is before its number.
 fn is_after_letter(batch: &Batch, word: &Word) -> bool {
-    let text = batch.text.get(word.start as usize..word.start as usize + usize::from(word.lead));
-    let Some([letter, mark @ ..]) = text else { return false };
+    let start = word.start as usize;
+    if word.lead == 1 {
+        let letter = batch.text.get(start).copied().and_then(Address::from_letter);
+        return letter == Some(word.address);
+    }
+    let Some([letter, mark @ ..]) = batch.text.get(start..start + usize::from(word.lead)) else {
+        return false;
+    };
     let is_mark = |byte: &u8| matches!(byte, b' ' | b'\t' | b'=');
-    word.address.letter() == Some(letter.to_ascii_uppercase())
-        && (mark.is_empty() || (batch.dialect.rules().writing.has_equals && mark.iter().all(is_mark)))
+    Address::from_letter(*letter) == Some(word.address)
+        && batch.dialect.rules().writing.has_equals
+        && mark.iter().all(is_mark)
 }
 
 /// Appends the new words in the style of the block's words of the same letters. Appends nothing, and gives false, if
@@ -98,7 +81,6 @@ pub(super) fn print_inserted_numbers(
     new: &[NewWord],
     out: &mut Vec<u8>,
 ) -> bool {
-    let mut all = [Numbered::NOTHING; MOST_WORDS];
     let mut is_first = true;
     let start = |before: Option<&Word>, word: &Word| {
         if !is_after_letter(batch, word) {
@@ -108,18 +90,10 @@ pub(super) fn print_inserted_numbers(
             return Some(word.start);
         }
         let gap = batch.text.get(before?.end as usize..word.start as usize)?;
-        gap.iter().all(|byte| matches!(byte, b' ' | b'\t')).then_some(before?.end)
+        let is_blank = gap == b" " || gap.iter().all(|byte| matches!(byte, b' ' | b'\t'));
+        is_blank.then_some(before?.end)
     };
-    if numbered(batch, block, new, &mut all, start).is_none() {
-        return false;
-    }
-    let mut row = Row::new(out);
-    for one in all.iter().take(new.len()) {
-        row.push_piece(&batch.text, one.from as usize, one.to as usize);
-        row.push_short(one.number);
-    }
-    row.flush();
-    true
+    block.flags.is_plain() && append_row(out, |row| push_numbers(batch, block, new, row, start))
 }
 
 #[cfg(test)]

@@ -163,12 +163,32 @@ fn always_signs(batch: &Batch, address: Address) -> bool {
     batch.habits.plus_signs && address.is_coordinate() && batch.dialect.rules().writing.keeps_plus
 }
 
-/// The style of a plain number, `None` if blanks are before it or the program has decimal commas.
-#[inline]
-pub(super) fn plain_look(batch: &Batch, word: &Word) -> Option<Look> {
-    let first = batch.text.get(word.start as usize + usize::from(word.lead)).copied()?;
-    let is_plain = word.form == WordForm::Number && !matches!(first, b' ' | b'\t');
-    (is_plain && !batch.habits.decimal_comma).then(|| look(batch, word, first))
+/// The styles of the plain numbers of a batch.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PlainLooks<'a> {
+    text: &'a [u8],
+    drops_zero: bool,
+    /// Coordinates have their sign, also a plus.
+    signs: bool,
+}
+
+impl<'a> PlainLooks<'a> {
+    /// `None` if the program has decimal commas.
+    #[inline]
+    pub(super) fn of(batch: &'a Batch) -> Option<Self> {
+        let signs = always_signs(batch, Address::X);
+        let looks = Self { text: &batch.text, drops_zero: batch.habits.drops_zero, signs };
+        (!batch.habits.decimal_comma).then_some(looks)
+    }
+
+    /// The style of this word; `None` if it is not a plain number, or if blanks are before the number.
+    #[inline]
+    pub(super) fn of_word(&self, word: &Word) -> Option<Look> {
+        let first = *self.text.get(word.start as usize + usize::from(word.lead))?;
+        let is_plain = word.form == WordForm::Number && !matches!(first, b' ' | b'\t');
+        let plus = first == b'+' || (self.signs && word.address.is_coordinate());
+        is_plain.then_some(Look { drops_zero: self.drops_zero, ends_in_point: word.has_point, plus })
+    }
 }
 
 #[inline]
