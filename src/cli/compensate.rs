@@ -2,7 +2,7 @@
 //! file.
 
 use std::fs::{self, File, Permissions};
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -253,25 +253,21 @@ fn profile_alone(text: Vec<u8>) -> (Vec<u8>, Option<String>, i64) {
     (text, machine_id, revision.unwrap_or_default())
 }
 
-/// Bytes that are gathered before they are written \[bytes\].
-const GATHERED_BYTES: usize = 1 << 18;
-
 /// A file copied to a place where nobody changes it during the work, up to the limit of a setting.
 fn taken(blobs: &Blobs, path: &Path, setting: &'static str, limit_bytes: u64) -> Result<Draft, CommandFault> {
-    let mut draft = BufWriter::with_capacity(GATHERED_BYTES, blobs.draft()?.within(limit_bytes));
+    let draft = blobs.draft()?.within(limit_bytes);
     let copied = if path == Path::new("-") {
-        io::copy(&mut io::stdin().lock(), &mut draft)
+        draft.with_all_of(&mut io::stdin().lock())
     } else {
         let mut file = File::open(path).map_err(at("opening", path))?;
-        io::copy(&mut file, &mut draft)
+        draft.with_all_of(&mut file)
     };
-    match copied.and_then(|_bytes| draft.into_inner().map_err(io::IntoInnerError::into_error)) {
-        Ok(draft) => Ok(draft),
-        Err(fault) if is_over_its_limit(&fault) => {
-            Err(CommandFault::TooLarge { path: path.to_owned(), limit_bytes, setting })
+    copied.map_err(|fault| match fault {
+        fault if is_over_its_limit(&fault) => {
+            CommandFault::TooLarge { path: path.to_owned(), limit_bytes, setting }
         }
-        Err(fault) => Err(at("reading", path)(fault)),
-    }
+        fault => at("reading", path)(fault),
+    })
 }
 
 /// Moves the result to the new file. If the file systems differ, copies it.

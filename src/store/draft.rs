@@ -9,6 +9,7 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 
 use super::blobs::{Sha256Hex, hex};
+use super::digest_beside::{DigestBeside, PIECE_BYTES};
 use crate::shares::Held;
 
 /// A file that is being written; it is removed unless it is kept.
@@ -72,6 +73,34 @@ impl Draft {
         self.file.as_file().try_clone()
     }
 
+    /// The same with everything from `source` behind it. The digest is computed beside the copy.
+    ///
+    /// # Errors
+    /// `source` cannot be read, the draft cannot be written, it would be longer than its limit, or there is no second
+    /// thread.
+    pub fn with_all_of(mut self, source: &mut impl Read) -> io::Result<Self> {
+        let mut next = |piece: &mut Vec<u8>| {
+            Read::by_ref(source).take(PIECE_BYTES as u64).read_to_end(piece).map(|count| count > 0)
+        };
+        let mut piece = Vec::with_capacity(PIECE_BYTES);
+        next(&mut piece)?;
+        if piece.len() < PIECE_BYTES {
+            // A short text needs no second thread.
+            self.write_all(&piece)?;
+            return Ok(self);
+        }
+        let digest = DigestBeside::begin(std::mem::take(&mut self.hasher))?;
+        loop {
+            Undigested(&mut self).write_all(&piece)?;
+            piece = digest.take(piece)?;
+            if !next(&mut piece)? {
+                break;
+            }
+        }
+        self.hasher = digest.end()?;
+        Ok(self)
+    }
+
     /// The same with another beginning: `head` replaces the first `from` bytes. The bytes after them move within the file,
     /// so that no second copy needs room.
     ///
@@ -115,8 +144,22 @@ impl Draft {
     }
 }
 
-impl Write for Draft {
+/// Writes to a draft whose digest is computed elsewhere.
+struct Undigested<'a>(&'a mut Draft);
+
+impl Write for Undigested<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.append(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Draft {
+    /// Appends bytes that are not in the digest yet.
+    fn append(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.length.saturating_add(bytes.len() as u64) > self.limit {
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, DraftTooLong { limit: self.limit }));
         }
@@ -124,9 +167,15 @@ impl Write for Draft {
             room.take_more(bytes.len() as u64).map_err(io::Error::other)?;
         }
         let written = self.file.write(bytes)?;
-        let taken = bytes.get(..written).unwrap_or(bytes);
-        self.hasher.update(taken);
         self.length += written as u64;
+        Ok(written)
+    }
+}
+
+impl Write for Draft {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.append(bytes)?;
+        self.hasher.update(bytes.get(..written).unwrap_or(bytes));
         Ok(written)
     }
 
@@ -139,6 +188,39 @@ impl Write for Draft {
 mod tests {
     use super::*;
     use crate::store::{Blobs, sha256_hex};
+
+    #[test]
+    fn a_copy_has_the_bytes_and_the_digest_of_its_source_and_keeps_its_limit() {
+        let folder = tempfile::tempdir().unwrap();
+        let blobs = Blobs::open(folder.path()).unwrap();
+        let text: Vec<u8> = (0..=250).cycle().take(5 * PIECE_BYTES + 17).collect();
+        for length in [0, 1, PIECE_BYTES - 1, PIECE_BYTES, PIECE_BYTES + 1, 4 * PIECE_BYTES, text.len()] {
+            let source = &text[..length];
+            let mut begun = blobs.draft().unwrap().within(length as u64 + 2);
+            begun.write_all(b"ab").unwrap();
+            let draft = begun.with_all_of(&mut &*source).unwrap();
+            let expected = [b"ab", source].concat();
+            assert!(std::fs::read(draft.path()).unwrap() == expected, "{length}");
+            assert_eq!((draft.length(), draft.sha256()), (expected.len() as u64, sha256_hex(&expected)));
+            if length > 0 {
+                let short = blobs.draft().unwrap().within(length as u64 - 1);
+                assert_eq!(short.with_all_of(&mut &*source).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+            }
+        }
+        let mut broken = text.as_slice().chain(Broken);
+        assert_eq!(
+            blobs.draft().unwrap().with_all_of(&mut broken).unwrap_err().kind(),
+            io::ErrorKind::ConnectionReset
+        );
+    }
+
+    struct Broken;
+
+    impl Read for Broken {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::ConnectionReset.into())
+        }
+    }
 
     #[test]
     fn a_new_beginning_leaves_the_rest_as_it_was() {

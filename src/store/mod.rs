@@ -11,6 +11,7 @@ mod database;
 mod database_file;
 mod deep;
 mod deliveries;
+mod digest_beside;
 mod draft;
 mod error;
 mod examination;
