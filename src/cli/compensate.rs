@@ -6,6 +6,7 @@ use std::io::{self, Read, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread;
 
 use clap::Args;
 use tempfile::NamedTempFile;
@@ -138,6 +139,16 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
             _told = tokio::signal::ctrl_c() => Err(CommandFault::Stopped),
         }
     })?;
+    thread::scope(|scope| {
+        // The copies of the inputs may be as long as the result, and are removed while that goes to the disk. Without
+        // a second thread they are removed before.
+        let _removal = thread::Builder::new().spawn_scoped(scope, move || drop((program, surface)));
+        write_results(arguments, finished)
+    })
+}
+
+/// Writes the results to their places.
+fn write_results(arguments: &CompensateArguments, finished: Finished) -> Result<(), CommandFault> {
     let Finished { report, output, changes, .. } = finished;
     if arguments.report.is_none() {
         // If the report cannot be written, no program is written either.

@@ -5,11 +5,8 @@
 //! 10²². One multiplication or division of the two rounds once, so its result is the nearest number: the same bits as
 //! the library's. All other numbers are left to the library. The price is this file; its test compares both.
 
-/// Powers of ten that an `f64` holds exactly.
-const POWERS_OF_TEN: [f64; 23] = [
-    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
-    1e19, 1e20, 1e21, 1e22,
-];
+use crate::program::{POWERS_OF_TEN, eight_digits};
+
 /// Up to here every whole number is an exact `f64`.
 const LARGEST_EXACT: u64 = 1 << 53;
 /// The number of digits that always fit into a `u64`.
@@ -70,21 +67,6 @@ impl Digits {
             self.at += 1;
         }
     }
-}
-
-/// The number of eight digits, if all eight bytes are digits: two, four, then eight of them become one number.
-#[inline]
-fn eight_digits(bytes: [u8; 8]) -> Option<u64> {
-    let word = u64::from_le_bytes(bytes);
-    let high = word & 0xf0f0_f0f0_f0f0_f0f0;
-    let above_nine = word.wrapping_add(0x0606_0606_0606_0606) & 0xf0f0_f0f0_f0f0_f0f0;
-    if high != 0x3030_3030_3030_3030 || above_nine != 0x3030_3030_3030_3030 {
-        return None;
-    }
-    let ones = word & 0x0f0f_0f0f_0f0f_0f0f;
-    let pairs = (ones.wrapping_mul(10).wrapping_add(ones >> 8)) & 0x00ff_00ff_00ff_00ff;
-    let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;
-    Some((fours.wrapping_mul(10_000).wrapping_add(fours >> 32)) & 0xffff_ffff)
 }
 
 /// The number whose digits end at `end`, an exponent excluded.

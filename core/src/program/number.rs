@@ -1,7 +1,9 @@
 //! Decimal numbers, eight digits at a time.
 
+use super::eight_digits::{digits_value, not_digits};
+
 /// Powers of ten that are exact in an f64.
-pub(super) const POWERS_OF_TEN: [f64; 23] = [
+pub const POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
     1e19, 1e20, 1e21, 1e22,
 ];
@@ -60,28 +62,9 @@ pub(super) fn number_start(text: &[u8], start: usize, at: usize) -> usize {
     at - digits - sign - usize::from(letter)
 }
 
-const ZEROS: u64 = 0x3030_3030_3030_3030;
-
 #[inline]
 fn eight_bytes(text: &[u8], at: usize) -> Option<u64> {
     text.get(at..at + 8).and_then(|bytes| bytes.try_into().ok()).map(u64::from_le_bytes)
-}
-
-/// The high bit of every byte that is not a digit.
-#[inline]
-const fn not_digits(word: u64) -> u64 {
-    let x = word ^ ZEROS;
-    (((x & 0x7f7f_7f7f_7f7f_7f7f) + 0x7676_7676_7676_7676) | x) & 0x8080_8080_8080_8080
-}
-
-/// The first `count` bytes as a number. All of them are digits (1 ≤ count ≤ 8).
-#[inline]
-const fn digits_value(word: u64, count: u32) -> u64 {
-    let x = (word ^ ZEROS) << (64 - 8 * count);
-    let pairs = x.wrapping_mul(10).wrapping_add(x >> 8);
-    let low = (pairs & 0x0000_00ff_0000_00ff).wrapping_mul(0x000f_4240_0000_0064);
-    let high = ((pairs >> 16) & 0x0000_00ff_0000_00ff).wrapping_mul(0x0000_2710_0000_0001);
-    low.wrapping_add(high) >> 32
 }
 
 /// Reads digits with at most one point among, before or after them, starting at `at`; `None` if there is no digit.

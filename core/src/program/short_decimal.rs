@@ -9,6 +9,7 @@
 //! instructions; a copy of any other length is a call.
 
 use super::decimal::Look;
+use super::eight_digits::{ZEROS, digits_of};
 use super::number::POWERS_OF_TEN;
 
 /// The most decimals of a short number: one digit is left before the point.
@@ -21,19 +22,6 @@ const ROOM: usize = 32;
 const PIECE: usize = 16;
 /// The longest row, with the room that its last number needs [bytes].
 const ROW: usize = 192;
-/// Eight times the digit 0.
-const ZEROS: u64 = 0x3030_3030_3030_3030;
-
-/// The eight digits of a number below 10⁸, the first one in the lowest byte.
-#[inline]
-const fn eight_digits(number: u32) -> u64 {
-    // Four digits in each half, then two in each quarter, then one in each byte. The factors divide by 100 and 10.
-    let fours = (number / 10_000) as u64 | ((number % 10_000) as u64) << 32;
-    let hundreds = ((fours * 10_486) >> 20) & 0x0000_007f_0000_007f;
-    let twos = hundreds | (fours - 100 * hundreds) << 16;
-    let tens = ((twos * 103) >> 10) & 0x000f_000f_000f_000f;
-    tens | (twos - 10 * tens) << 8
-}
 
 /// A number of at most eight digits, of which at most seven are decimals, and how it is written.
 #[derive(Debug, Clone, Copy)]
@@ -78,7 +66,7 @@ impl ShortDecimal {
     /// Writes the number and returns the length of its text.
     #[inline]
     fn write_to(self, room: &mut [u8; ROOM]) -> usize {
-        let digits = eight_digits(self.units);
+        let digits = digits_of(self.units);
         let significant = 8 - digits.trailing_zeros() / 8;
         let count = significant.max(u32::from(self.least));
         let digits = (digits | ZEROS) >> ((64 - 8 * count) & 63);
@@ -173,14 +161,6 @@ mod tests {
             assert!(append_row(&mut out, |row| row.push_word(b"", 0, 0, number)));
             let text = plainly(value, decimals, look);
             assert_eq!(out[1..], text, "{value:?} with {decimals} decimals, {look:?}");
-        }
-    }
-
-    #[test]
-    fn digits_are_those_of_the_number() {
-        for number in (0..100_000_000).step_by(7919).chain([0, 9, 10, 9_999, 10_000, 99_999_999]) {
-            let text = (eight_digits(number) | ZEROS).to_le_bytes();
-            assert_eq!(String::from_utf8_lossy(&text), format!("{number:08}"));
         }
     }
 
