@@ -28,7 +28,7 @@ impl DigestBeside {
         let (full, arriving) = channel::<Vec<u8>>();
         let (done, spare) = channel();
         for _ in 1..PIECES {
-            done.send(Vec::with_capacity(PIECE_BYTES)).map_err(|_| lost())?;
+            done.send(Vec::with_capacity(PIECE_BYTES)).map_err(|_ended| lost())?;
         }
         let thread = Builder::new().name("digest".to_owned()).spawn(move || {
             for mut piece in arriving {
@@ -47,8 +47,8 @@ impl DigestBeside {
     /// # Errors
     /// The thread has ended early.
     pub(super) fn take(&self, piece: Vec<u8>) -> io::Result<Vec<u8>> {
-        self.full.send(piece).map_err(|_| lost())?;
-        self.spare.recv().map_err(|_| lost())
+        self.full.send(piece).map_err(|_ended| lost())?;
+        self.spare.recv().map_err(|_ended| lost())
     }
 
     /// The digest of all pieces.
@@ -57,7 +57,7 @@ impl DigestBeside {
     /// The thread has panicked.
     pub(super) fn end(self) -> io::Result<Sha256> {
         drop(self.full);
-        self.thread.join().map_err(|_| lost())
+        self.thread.join().map_err(|_ended| lost())
     }
 }
 
