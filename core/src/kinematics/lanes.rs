@@ -204,9 +204,15 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
     let is_near = |value_mm: f64| value_mm.abs() <= MAX_COORDINATE_MM;
     // Several short loops let the processor work on many lanes at a time instead of waiting for one.
     let ([b, eta, gamma], [b_across, eta_across, gamma_across]) = (&mut out.angles_rad, &mut out.across);
+    // A root that is waited for holds up the divisions of the lanes behind it, so roots have their own loop.
+    let [lengths, ..] = &mut out.scratch;
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
-        let length = (i * i + j * j + k * k).sqrt();
+        lengths[lane] = (i * i + j * j + k * k).sqrt();
+    }
+    for lane in 0..BLOCK {
+        let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
+        let length = lengths[lane];
         let sighted = pointing.sight([i / length, j / length, k / length]);
         let Sighted { half_tilt: [sin2, cos2], reach, gamma: [gamma_y, gamma_x] } = sighted;
         (gamma[lane], gamma_across[lane]) = (gamma_y, gamma_x);
