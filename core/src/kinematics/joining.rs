@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::aligned::Aligned;
 use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, Targets, join};
 use super::walk::{HELD, LIMIT, Walk};
 use super::{InverseError, Kinematics, PathWarning, WarningKind};
@@ -9,7 +10,7 @@ use super::{InverseError, Kinematics, PathWarning, WarningKind};
 /// Chosen words of a block that become joints, and the words before them.
 pub(super) struct Joiner {
     /// Chosen words of u, v \[deg\].
-    pub(super) words_deg: Box<[Lane; 2]>,
+    pub(super) words_deg: Box<Aligned<[Lane; 2]>>,
     /// Words of u, v of the latest pose joined \[deg\].
     previous: Option<[f64; 2]>,
     /// `None` if poses are joined one by one.
@@ -23,7 +24,7 @@ struct JoinLanes {
     block: Box<JointBlock>,
     copy: Box<PoseBlock>,
     /// For a block at the end that is not full.
-    spare: Box<[Lane; 5]>,
+    spare: Box<Aligned<[Lane; 5]>>,
 }
 
 impl JoinLanes {
@@ -33,7 +34,7 @@ impl JoinLanes {
             swapped: kinematics.profile_index[0] == 1,
             block: Box::new(JointBlock::new()),
             copy: Box::new(PoseBlock::new()),
-            spare: Box::new([[0.0; BLOCK]; 5]),
+            spare: Box::new(Aligned([[0.0; BLOCK]; 5])),
         }
     }
 }
@@ -41,7 +42,7 @@ impl JoinLanes {
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
     pub(super) fn joiner(&self) -> Joiner {
         Joiner {
-            words_deg: Box::new([[0.0; BLOCK]; 2]),
+            words_deg: Box::new(Aligned([[0.0; BLOCK]; 2])),
             previous: self.start,
             lanes: (!self.singly).then(|| JoinLanes::new(self.kinematics)),
         }
@@ -68,7 +69,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// Converts the words in the joiner's block to joints, and collects the warnings. `small`: no step is a rewind.
     pub(super) fn join(&mut self, joiner: &mut Joiner, block: Range<usize>, small: bool) {
         let (begin, size) = (block.start, block.len());
-        let [u, v] = &*joiner.words_deg;
+        let [u, v] = &**joiner.words_deg;
         let entered = joiner.previous.unwrap_or([u[0], v[0]]);
         let marked = self.marks[block].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
         let threshold_deg = self.options.rewind_deg;

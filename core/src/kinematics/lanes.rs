@@ -9,7 +9,7 @@ use super::{InstructionSet, Kinematics, MAX_COORDINATE_MM, PoseLanes, ToolPose};
 use crate::geometry::trig_lanes;
 
 /// Poses processed together: all arrays of a block stay in the second-nearest cache.
-pub(super) const BLOCK: usize = 256;
+pub(super) const BLOCK: usize = 128;
 pub(super) type Lane = [f64; BLOCK];
 
 /// Poses that can be loaded into blocks.
@@ -32,6 +32,7 @@ pub(super) struct Poses<'a> {
 }
 
 /// A block of poses: x y z, i j k.
+#[repr(align(64))]
 pub(super) struct PoseBlock {
     pub(super) tip_mm: [Lane; 3],
     pub(super) axis: [Lane; 3],
@@ -105,6 +106,7 @@ impl PoseSource for PoseLanes {
 }
 
 /// The directions of a block.
+#[repr(align(64))]
 pub(super) struct PointedBlock {
     /// The angles B, η and γ \[rad\] (see [`Sighted`] and [`Aimed`]); before, their y.
     pub(super) angles_rad: [Lane; 3],
@@ -130,15 +132,17 @@ impl PointedBlock {
 }
 
 /// What is computed from chosen words on the way to joints.
+#[repr(align(64))]
 pub(super) struct JointBlock {
     sin: [Lane; 2],
     cos: [Lane; 2],
+    between_mm: [Lane; 3],
 }
 
 impl JointBlock {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { sin: [lane; 2], cos: [lane; 2] }
+        Self { sin: [lane; 2], cos: [lane; 2], between_mm: [lane; 3] }
     }
 }
 
@@ -346,7 +350,7 @@ fn join_loop<const HEAD_AXES: usize>(
     let chain = *chain;
     let Joined { linear_mm: [x, y, z], rotary_rad } = out;
     let Targets { words_deg, tip_mm } = targets;
-    let JointBlock { sin, cos } = block;
+    let JointBlock { sin, cos, between_mm: [between_x, between_y, between_z] } = block;
     for (k, angles_rad) in rotary_rad.into_iter().enumerate() {
         for lane in 0..BLOCK {
             angles_rad[lane] = chain.sense[k] * words_deg[k][lane].to_radians();
@@ -359,15 +363,13 @@ fn join_loop<const HEAD_AXES: usize>(
         if HEAD_AXES < 2 {
             p = carry(&chain, 0, [-sin[0][lane], cos[0][lane]], p);
         }
-        [x[lane], y[lane], z[lane]] = p;
-    }
-    if HEAD_AXES == 0 {
-        for lane in 0..BLOCK {
-            let p = [x[lane], y[lane], z[lane]];
-            [x[lane], y[lane], z[lane]] = carry(&chain, 1, [-sin[1][lane], cos[1][lane]], p);
-        }
+        [between_x[lane], between_y[lane], between_z[lane]] = p;
     }
     for lane in 0..BLOCK {
+        let mut p = [between_x[lane], between_y[lane], between_z[lane]];
+        if HEAD_AXES == 0 {
+            p = carry(&chain, 1, [-sin[1][lane], cos[1][lane]], p);
+        }
         let mut from_tool = [0.0; 3];
         if HEAD_AXES > 0 {
             from_tool = carry(&chain, 1, [sin[1][lane], cos[1][lane]], from_tool);
@@ -375,7 +377,7 @@ fn join_loop<const HEAD_AXES: usize>(
         if HEAD_AXES > 1 {
             from_tool = carry(&chain, 0, [sin[0][lane], cos[0][lane]], from_tool);
         }
-        let p = difference(difference([x[lane], y[lane], z[lane]], chain.offset), from_tool);
+        let p = difference(difference(p, chain.offset), from_tool);
         let [cx, cy, cz] = chain.columns;
         [x[lane], y[lane], z[lane]] = std::array::from_fn(|k| cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2]);
     }

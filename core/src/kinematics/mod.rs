@@ -1,5 +1,6 @@
 //! From tool poses to axis positions and back, for any two rotary axes.
 
+mod aligned;
 mod batch;
 mod chain;
 mod cheapest;

@@ -24,6 +24,7 @@ use super::{InstructionSet, REWIND_DEG};
 const SLACK_DEG: f64 = 1e-5;
 
 /// Both solutions of a block.
+#[repr(align(64))]
 pub(super) struct Stays {
     /// Travel of the step along each solution \[deg\].
     pub(super) travel_deg: [Lane; 2],

@@ -12,6 +12,7 @@
 
 use multiversion::multiversion;
 
+use super::aligned::Aligned;
 use super::lanes::{BLOCK, Lane, PointedBlock};
 use super::pointing::{DEG_PER_RAD, Pointing, nearest_integer};
 use super::{InstructionSet, REWIND_DEG};
@@ -69,7 +70,7 @@ pub(super) fn follow(
     let turns_deg: [f64; 2] =
         std::array::from_fn(|k| 360.0 * nearest_integer((course.entered_deg[k] - first[k]) * (1.0 / 360.0)));
     let sign = if course.branch == 0 { 1.0 } else { -1.0 };
-    let mut room = [0.0; BLOCK];
+    let mut room = Aligned([0.0; BLOCK]);
     let task = Task { pointing, bounds, entered_deg: course.entered_deg, turns_deg, sign };
     match set {
         InstructionSet::Baseline => follow_loop(&task, pointed, words_deg, &mut room),

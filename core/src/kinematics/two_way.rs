@@ -24,6 +24,7 @@ pub(super) struct Rules {
 }
 
 /// Steps into the lanes of a block, with index `2·from + to` for the four steps.
+#[repr(align(64))]
 pub(super) struct Weights {
     /// Principal words of u, v of the first branch, then of the second, in steps of 2⁻³⁰°.
     pub(super) words: [Lane; 4],

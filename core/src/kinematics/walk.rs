@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use super::aligned::Aligned;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, both_words, point};
@@ -24,7 +25,7 @@ pub(super) const LIMIT: u8 = 8;
 pub(super) struct Weighed {
     pub(super) rules: Rules,
     /// Principal words of u, v of the first branch, then of the second \[deg\].
-    pub(super) words: Box<[Lane; 4]>,
+    pub(super) words: Box<Aligned<[Lane; 4]>>,
     pub(super) weights: Box<Weights>,
     /// Of a block in which no path changes its branch, once there is one to look at.
     pub(super) stays: Option<Box<Stays>>,
@@ -56,7 +57,7 @@ pub(super) struct ExaminedLanes {
     pub(super) copy: Box<PoseBlock>,
     pub(super) pointed: Box<PointedBlock>,
     /// For a block at the end that is not full.
-    words_deg: Box<[Lane; 4]>,
+    words_deg: Box<Aligned<[Lane; 4]>>,
     /// Whether a pose of the block has no margin.
     pub(super) care: bool,
 }
@@ -66,7 +67,7 @@ impl ExaminedLanes {
         Self {
             copy: Box::new(PoseBlock::new()),
             pointed: Box::new(PointedBlock::new()),
-            words_deg: Box::new([[0.0; BLOCK]; 4]),
+            words_deg: Box::new(Aligned([[0.0; BLOCK]; 4])),
             care: true,
         }
     }
@@ -356,7 +357,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.singly)?;
         Some(Weighed {
             rules,
-            words: Box::new([[0.0; BLOCK]; 4]),
+            words: Box::new(Aligned([[0.0; BLOCK]; 4])),
             weights: Box::new(Weights::new()),
             stays: None,
         })
