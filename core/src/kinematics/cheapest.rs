@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::choice::Choice;
+use super::choice::{Choice, Way};
 use super::grid::Grid;
 use super::joining::has_step_over;
 use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
-use super::staying::{Stays, stay};
+use super::staying::{SLACK_DEG, Stays, stay};
 use super::walk::{HELD, PLAIN, Walk, Weighed, branch_words};
 use super::{InverseError, MAX_CELLS, REWIND_DEG};
 
@@ -15,20 +15,20 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// Solves, chooses the cheapest path, and converts it to joints.
     pub(super) fn take_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
         self.examine_all()?;
-        if let Some(words_deg) = self.relaxed_words(grid)? {
-            return self.join_all(|_, block, out| {
-                for (out, words) in out.iter_mut().zip(&words_deg) {
-                    out[..block.len()].copy_from_slice(&words[block.clone()]);
-                }
-                false
+        let mut previous = self.start;
+        if let Some(path) = self.relaxed(grid)? {
+            return self.join_all(|walk, block, [us, vs]| {
+                let words = [&mut us[..block.len()], &mut vs[..block.len()]];
+                walk.follow_relaxed(&path, block.start, &mut previous, words)
+                    && walk.options.rewind_deg >= REWIND_DEG
             });
         }
         let choice = self.costs::<false>(grid)?;
         let way = choice.best().map(|state| choice.way(state)).unwrap_or_default();
-        let mut previous = self.start;
         self.join_all(|walk, block, [us, vs]| {
-            let (us, vs) = (&mut us[..block.len()], &mut vs[..block.len()]);
-            walk.follow(&grid, &way[block.clone()], block.start, &mut previous, [us, vs])
+            let words = [&mut us[..block.len()], &mut vs[..block.len()]];
+            walk.follow(&grid, &way, block.clone(), &mut previous, words)
+                && walk.options.rewind_deg >= REWIND_DEG
         })
     }
 
@@ -111,30 +111,36 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         choice.stay(stays, size, &self.stage(begin + size - 1))
     }
 
-    /// The words of u and v along the states of a path, from the pose `begin` on. Unlimited axes take the nearest turn.
-    /// True if it is known that no step is a rewind.
+    /// The words of u and v along a path in a block. Unlimited axes take the nearest turn.
+    /// True if it is known that all steps are clearly below [`REWIND_DEG`].
     pub(super) fn follow(
         &self,
         grid: &Grid,
-        way: &[u16],
-        begin: usize,
+        way: &Way,
+        block: Range<usize>,
         previous: &mut Option<[f64; 2]>,
         words_deg: [&mut [f64]; 2],
     ) -> bool {
-        let end = begin + way.len();
         let [first_u, first_v, second_u, second_v] =
-            branch_words(&self.out.joints).map(|words| &words[begin..end]);
+            branch_words(&self.out.joints).map(|words| &words[block.clone()]);
         let branches = [[first_u, first_v], [second_u, second_v]];
         let [us, vs] = words_deg;
-        let marks = &self.marks[begin..end];
+        let marks = &self.marks[block.clone()];
+        let kept = way.kept(&block);
+        let way = way.states(block.clone());
         let plain = grid.count == [1, 1];
         if let (true, Some(entered_deg), Some(state)) = (plain, *previous, way.first())
-            && way.iter().fold(0, |all, here| all | (here ^ state)) == 0
-            && marks.iter().fold(0, |all, mark| all | mark) & HELD == 0
-            && grid.turn_once(branches[usize::from(*state) & 1], entered_deg, [&mut *us, &mut *vs])
+            && (kept.is_some()
+                || (way.iter().fold(0, |all, here| all | (here ^ state)) == 0
+                    && marks.iter().fold(0, |all, mark| all | mark) & HELD == 0))
+            && {
+                let words_deg = [&mut *us, &mut *vs];
+                grid.turn_once(branches[usize::from(*state) & 1], entered_deg, words_deg);
+                kept.is_some() || has_short_steps(entered_deg, [us, vs])
+            }
         {
             *previous = us.last().zip(vs.last()).map(|(u, v)| [*u, *v]);
-            return self.options.rewind_deg >= REWIND_DEG;
+            return true;
         }
         for (lane, state) in way.iter().enumerate() {
             let words = match *previous {
@@ -142,7 +148,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                     let [us, vs] = branches[usize::from(*state) & 1];
                     [grid.nearest_turn(0, us[lane], u), grid.nearest_turn(1, vs[lane], v)]
                 }
-                _ => grid.words_deg(usize::from(*state), &self.stage(begin + lane), *previous).1,
+                _ => grid.words_deg(usize::from(*state), &self.stage(block.start + lane), *previous).1,
             };
             [us[lane], vs[lane]] = words;
             *previous = Some(words);
@@ -152,17 +158,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 }
 
 impl Grid {
-    /// The words in the turn of the first. False if a step is above [`REWIND_DEG`], so that a later word may be in
-    /// another turn; the words then mean nothing.
-    fn turn_once(
-        &self,
-        principal_deg: [&[f64]; 2],
-        entered_deg: [f64; 2],
-        words_deg: [&mut [f64]; 2],
-    ) -> bool {
-        let mut all = true;
+    /// The words in the turn of the first: right if no later word is in another turn.
+    fn turn_once(&self, principal_deg: [&[f64]; 2], entered_deg: [f64; 2], words_deg: [&mut [f64]; 2]) {
         for (k, words) in words_deg.into_iter().enumerate() {
-            let Some(first) = principal_deg[k].first() else { return false };
+            let Some(first) = principal_deg[k].first() else { return };
             let turn_deg = if self.period[k] > 0.0 {
                 360.0 * nearest_integer((entered_deg[k] - first) * (1.0 / 360.0))
             } else {
@@ -171,8 +170,11 @@ impl Grid {
             for (word, principal) in words.iter_mut().zip(principal_deg[k]) {
                 *word = principal + turn_deg;
             }
-            all &= !has_step_over(REWIND_DEG, entered_deg[k], words);
         }
-        all
     }
+}
+
+/// Whether all steps are clearly below [`REWIND_DEG`].
+fn has_short_steps(entered_deg: [f64; 2], words_deg: [&[f64]; 2]) -> bool {
+    (0..2).all(|k| !has_step_over(REWIND_DEG - SLACK_DEG, entered_deg[k], words_deg[k]))
 }

@@ -15,6 +15,32 @@ use super::two_way::Weights;
 /// From this travel on, a common part is subtracted from all states, so that sums stay exact.
 const REBASE_DEG: f64 = 524_288.0;
 
+/// The states of a path, first pose first.
+#[derive(Default)]
+pub(super) struct Way {
+    states: Vec<u16>,
+    kept: Vec<Range<usize>>,
+}
+
+impl Way {
+    /// The states of these poses.
+    pub(super) fn states(&self, poses: Range<usize>) -> &[u16] {
+        self.states.get(poses).unwrap_or_default()
+    }
+
+    /// The state of all these poses, if it is known that the path keeps its state there. Then no step from the pose before
+    /// to the last one passes ±180° or comes near the threshold of a rewind.
+    pub(super) fn kept(&self, poses: &Range<usize>) -> Option<u16> {
+        let found = self.kept.binary_search_by_key(&poses.start, |kept| kept.start).ok()?;
+        (self.kept.get(found)?.end >= poses.end).then(|| self.states.get(poses.start).copied())?
+    }
+
+    /// The number of poses.
+    pub(super) fn len(&self) -> usize {
+        self.states.len()
+    }
+}
+
 /// The running choice: costs of all states at the latest pose, and the origin of every state where a path could change it.
 pub(super) struct Choice {
     pub(super) grid: Grid,
@@ -289,8 +315,8 @@ impl Choice {
         !self.costs[state].tied
     }
 
-    /// The states of the path that ends in `state`, first pose first.
-    pub(super) fn way(&self, mut state: usize) -> Vec<u16> {
+    /// The path that ends in `state`.
+    pub(super) fn way(&self, mut state: usize) -> Way {
         let mut way = vec![0; self.poses];
         let mut predecessors = self.predecessors.chunks_exact(self.grid.states()).rev();
         let mut kept = self.kept.iter().rev().peekable();
@@ -308,7 +334,7 @@ impl Choice {
             let Some(from) = predecessors.next() else { break };
             state = usize::from(from[state]);
         }
-        way
+        Way { states: way, kept: self.kept.clone() }
     }
 }
 
@@ -340,7 +366,7 @@ mod tests {
         }
         let (mut rewinds, mut travel, mut sum, mut previous) = (0.0, 0.0, 0.0, start);
         for (stage, state) in
-            stages.iter().zip(choice.best().map(|state| choice.way(state)).unwrap_or_default())
+            stages.iter().zip(choice.best().map(|state| choice.way(state)).unwrap_or_default().states)
         {
             let (_, words) = grid.words_deg(usize::from(state), stage, previous);
             if let Some(previous) = previous {

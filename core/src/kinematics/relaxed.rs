@@ -1,119 +1,204 @@
 //! Axes of several turns, chosen as if they were unlimited: two states per pose instead of one for every turn.
 
+use super::aligned::Aligned;
+use super::choice::Way;
 use super::cost::TIE_DEG;
 use super::grid::Grid;
 use super::joining::has_step_over;
-use super::lanes::{BLOCK, PoseSource};
+use super::lanes::{BLOCK, Lane, PoseSource};
 use super::path::RELAX_ABOVE;
 use super::walk::Walk;
 use super::{COMPUTED_WORD_SLACK, InverseError};
 use crate::machine::Travel;
 
+/// A path chosen as if axes of several turns were unlimited. Its words are not kept: to compute them again is faster
+/// than to fetch them from memory.
+pub(super) struct Relaxed {
+    grid: Grid,
+    way: Way,
+    /// Whole turns that bring the words of u, v into their travels \[deg\]; `None` on an axis that was not relaxed.
+    shift_deg: [Option<f64>; 2],
+}
+
+/// What the words of one axis have in common.
+#[derive(Clone, Copy)]
+struct Extent {
+    /// The smallest and the largest word \[deg\].
+    range_deg: [f64; 2],
+    /// Whether no step is so near to half a turn that it could also go the other way round.
+    one_way: bool,
+    latest_deg: Option<f64>,
+}
+
+impl Extent {
+    fn take(&mut self, words_deg: &[f64], steps_are_short: bool) {
+        let [low, high] = extremes(words_deg);
+        self.range_deg = [self.range_deg[0].min(low), self.range_deg[1].max(high)];
+        if let (false, Some(first)) = (steps_are_short, words_deg.first()) {
+            let entered = self.latest_deg.unwrap_or(*first);
+            self.one_way &= !has_step_over((180.0 - TIE_DEG).next_down(), entered, words_deg);
+        }
+        self.latest_deg = words_deg.last().copied();
+    }
+}
+
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// With several turns: the path as if those axes were unlimited. No path within travels is cheaper, and one of
     /// the same cost differs by whole turns only. So if it fits after a shift by these, it is the answer. `None` if
     /// it does not fit, or if paths tied that cannot be distinguished afterwards.
-    pub(super) fn relaxed_words(&mut self, grid: Grid) -> Result<Option<[Vec<f64>; 2]>, InverseError> {
+    pub(super) fn relaxed(&mut self, grid: Grid) -> Result<Option<Relaxed>, InverseError> {
         let travel = self.kinematics.travel_deg;
-        let one_turn = |k: usize| grid.count[k] == 1;
-        let relaxed: [Option<Travel>; 2] =
-            std::array::from_fn(|k| if one_turn(k) { travel[k] } else { None });
-        if relaxed == travel {
+        let is_relaxed: [bool; 2] = std::array::from_fn(|k| travel[k].is_some() && grid.count[k] > 1);
+        if is_relaxed == [false; 2] {
             return Ok(None);
         }
-        let narrow = Grid::new(relaxed);
+        let narrow = Grid::new(std::array::from_fn(|k| travel[k].filter(|_| !is_relaxed[k])));
         let Ok(choice) = self.costs::<true>(narrow) else {
             self.go_on()?;
             return Ok(None);
         };
         let Some(best) = choice.best() else { return Ok(None) };
-        let mut fitting: Vec<[Vec<f64>; 2]> = Vec::new();
+        let mut fitting: Vec<Relaxed> = Vec::new();
         for state in (0..narrow.states()).filter(|state| *state == best || choice.ties(best, *state)) {
-            let way = choice.way(state);
-            let mut begin = 0;
-            let mut words = [vec![0.0; way.len()], vec![0.0; way.len()]];
-            let [us, vs] = &mut words;
-            let mut previous = self.start;
-            for ((way, us), vs) in way.chunks(BLOCK).zip(us.chunks_mut(BLOCK)).zip(vs.chunks_mut(BLOCK)) {
-                self.follow(&narrow, way, begin, &mut previous, [us, vs]);
-                begin += way.len();
-            }
-            let only = choice.is_only(state)
-                && (0..2).all(|k| relaxed[k].is_some() || turns_one_way(&words[k], self.start.map(|s| s[k])));
-            if !only && grid.states() <= RELAX_ABOVE {
+            let mut path = Relaxed { grid: narrow, way: choice.way(state), shift_deg: [None; 2] };
+            let extents = self.extents(&path);
+            let one_way = (0..2).all(|k| narrow.period[k] == 0.0 || extents[k].one_way);
+            if !(choice.is_only(state) && one_way) && grid.states() <= RELAX_ABOVE {
                 return Ok(None);
             }
             let mut fits = true;
             for k in 0..2 {
-                let (Some(travel), None) = (travel[k], relaxed[k]) else { continue };
-                match best_shift(&words[k], travel, self.start.is_some()) {
-                    Some(shift) => words[k].iter_mut().for_each(|word| *word += shift),
-                    None => fits = false,
-                }
+                let (true, Some(travel)) = (is_relaxed[k], travel[k]) else { continue };
+                path.shift_deg[k] = self.best_shift(&path, k, extents[k].range_deg, travel);
+                fits &= path.shift_deg[k].is_some();
             }
             if fits {
-                fitting.push(words);
+                fitting.push(path);
             }
         }
         if fitting.len() < 2 {
             return Ok(fitting.pop());
         }
-        let sum = |words: &[Vec<f64>; 2]| words.iter().flatten().map(|word| word.abs()).sum::<f64>();
-        let sums: Vec<f64> = fitting.iter().map(sum).collect();
+        let sums: Vec<f64> = fitting.iter().map(|path| self.sum_deg(path)).collect();
         let least = sums.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(n, _)| n);
         Ok(Some(fitting.swap_remove(least)))
     }
-}
 
-/// Whether no step is so near to half a turn that it could also go the other way round.
-fn turns_one_way(words_deg: &[f64], start_deg: Option<f64>) -> bool {
-    let Some(first) = words_deg.first() else { return true };
-    !has_step_over((180.0 - TIE_DEG).next_down(), start_deg.unwrap_or(*first), words_deg)
-}
+    /// Writes the words of u, v \[deg\] of a block along a relaxed path. `previous` are the words before the block,
+    /// without the shift. True if it is known that all steps are clearly below [`super::REWIND_DEG`].
+    pub(super) fn follow_relaxed(
+        &self,
+        path: &Relaxed,
+        begin: usize,
+        previous: &mut Option<[f64; 2]>,
+        words_deg: [&mut [f64]; 2],
+    ) -> bool {
+        let [us, vs] = words_deg;
+        let block = begin..begin + us.len();
+        let is_small = self.follow(&path.grid, &path.way, block, previous, [&mut *us, &mut *vs]);
+        for (words, shift) in [us, vs].into_iter().zip(path.shift_deg) {
+            if let Some(shift) = shift {
+                words.iter_mut().for_each(|word| *word += shift);
+            }
+        }
+        is_small
+    }
 
-/// The shift by whole turns that brings all words into the travel with the smallest Σ|word|. With a given start,
-/// only no shift.
-fn best_shift(words_deg: &[f64], travel: Travel, fixed: bool) -> Option<f64> {
-    let [low, high] = extremes(words_deg);
-    let slack = COMPUTED_WORD_SLACK;
-    let first = ((travel.min - slack - low) / 360.0).ceil();
-    let last = ((travel.max + slack - high) / 360.0).floor();
-    if first > last || (fixed && !(first..=last).contains(&0.0)) {
-        return None;
-    }
-    if fixed {
-        return Some(0.0);
-    }
-    // Σ|word + 360 k| is least where the median word is nearest to zero.
-    let middle = turns_to_middle(words_deg, [low, high]);
-    let turns = [middle - 1.0, middle, middle + 1.0].map(|turns| turns.clamp(first, last));
-    if turns.iter().all(|turn| turn.total_cmp(&turns[0]).is_eq()) {
-        return Some(360.0 * turns[0]);
-    }
-    let mut sums = [0.0; 3];
-    for word in words_deg {
-        for (sum, turns) in sums.iter_mut().zip(turns) {
-            *sum += (word + 360.0 * turns).abs();
+    /// Shows the words of u, v \[deg\] along a relaxed path, block by block, and whether all steps are known to be short.
+    fn look_along(&self, path: &Relaxed, mut look: impl FnMut([&[f64]; 2], bool)) {
+        let mut words: Aligned<[Lane; 2]> = Aligned([[0.0; BLOCK]; 2]);
+        let mut previous = self.start;
+        for begin in (0..path.way.len()).step_by(BLOCK) {
+            let size = (path.way.len() - begin).min(BLOCK);
+            let [us, vs] = words.each_mut().map(|words| &mut words[..size]);
+            let is_small = self.follow_relaxed(path, begin, &mut previous, [&mut *us, &mut *vs]);
+            look([us, vs], is_small);
         }
     }
-    turns.into_iter().zip(sums).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(turns, _)| 360.0 * turns)
+
+    fn extents(&self, path: &Relaxed) -> [Extent; 2] {
+        let mut extents: [Extent; 2] = std::array::from_fn(|k| Extent {
+            range_deg: [f64::INFINITY, f64::NEG_INFINITY],
+            one_way: true,
+            latest_deg: self.start.map(|start| start[k]),
+        });
+        self.look_along(path, |words, is_small| {
+            for (extent, words) in extents.iter_mut().zip(words) {
+                extent.take(words, is_small);
+            }
+        });
+        extents
+    }
+
+    /// Σ|word| of u, then of v \[deg\].
+    fn sum_deg(&self, path: &Relaxed) -> f64 {
+        let mut sum = 0.0;
+        for k in 0..2 {
+            self.look_along(path, |words, _| words[k].iter().for_each(|word| sum += word.abs()));
+        }
+        sum
+    }
+
+    /// The shift by whole turns \[deg\] that brings all words of axis k into the travel with the smallest Σ|word|. With
+    /// a given start, only no shift.
+    fn best_shift(&self, path: &Relaxed, k: usize, [low, high]: [f64; 2], travel: Travel) -> Option<f64> {
+        let slack = COMPUTED_WORD_SLACK;
+        let first = ((travel.min - slack - low) / 360.0).ceil();
+        let last = ((travel.max + slack - high) / 360.0).floor();
+        if first > last || (self.start.is_some() && !(first..=last).contains(&0.0)) {
+            return None;
+        }
+        if self.start.is_some() {
+            return Some(0.0);
+        }
+        // The larger the word, the fewer turns bring it next to zero.
+        if first >= last && turns_to_zero(low) <= first {
+            return Some(360.0 * first);
+        }
+        // Σ|word + 360 k| is least where the median word is nearest to zero.
+        let middle = self.turns_to_middle(path, k, [low, high]);
+        let turns = [middle - 1.0, middle, middle + 1.0].map(|turns| turns.clamp(first, last));
+        if turns.iter().all(|turn| turn.total_cmp(&turns[0]).is_eq()) {
+            return Some(360.0 * turns[0]);
+        }
+        let mut sums = [0.0; 3];
+        self.look_along(path, |words, _| {
+            for word in words[k] {
+                for (sum, turns) in sums.iter_mut().zip(turns) {
+                    *sum += (word + 360.0 * turns).abs();
+                }
+            }
+        });
+        turns.into_iter().zip(sums).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(turns, _)| 360.0 * turns)
+    }
+
+    /// The whole turns that bring the median word of axis k next to zero, with the sign of the zero that the rounded
+    /// median has.
+    fn turns_to_middle(&self, path: &Relaxed, k: usize, [low, high]: [f64; 2]) -> f64 {
+        let half = path.way.len() / 2;
+        let (mut most, fewest) = (turns_to_zero(low), turns_to_zero(high));
+        while most > fewest && self.count(path, k, |word| turns_to_zero(word) >= most) <= half {
+            most -= 1.0;
+        }
+        if most.abs() > 0.5 {
+            return most;
+        }
+        if half < self.count(path, k, f64::is_sign_negative) { 0.0 } else { -0.0 }
+    }
+
+    /// How many words of axis k have a property.
+    fn count(&self, path: &Relaxed, k: usize, has: impl Fn(f64) -> bool) -> usize {
+        let mut count = 0;
+        self.look_along(path, |words, _| {
+            count += words[k].iter().map(|word| usize::from(has(*word))).sum::<usize>();
+        });
+        count
+    }
 }
 
-/// The whole turns that bring the median word next to zero, with the sign of zero that they have without a short way.
-fn turns_to_middle(words_deg: &[f64], [low, high]: [f64; 2]) -> f64 {
-    let half = words_deg.len() / 2;
-    let turns_of = |word: f64| (-word / 360.0).round();
-    let turns = turns_of(low);
-    if (turns - turns_of(high)).abs() > 0.5 {
-        let mut sorted = words_deg.to_vec();
-        let (_, median, _) = sorted.select_nth_unstable_by(half, f64::total_cmp);
-        return turns_of(*median);
-    }
-    if turns.abs() > 0.5 {
-        return turns;
-    }
-    let negative: usize = words_deg.iter().map(|word| usize::from(word.is_sign_negative())).sum();
-    if half < negative { 0.0 } else { -0.0 }
+/// The whole turns that bring a word next to zero.
+fn turns_to_zero(word_deg: f64) -> f64 {
+    (-word_deg / 360.0).round()
 }
 
 /// The smallest and the largest word.

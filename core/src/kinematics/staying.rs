@@ -21,7 +21,7 @@ use super::two_way::Rules;
 use super::{InstructionSet, REWIND_DEG};
 
 /// Subtracted from every bound \[deg\]: far above ties and rounding.
-const SLACK_DEG: f64 = 1e-5;
+pub(super) const SLACK_DEG: f64 = 1e-5;
 
 /// Both solutions of a block.
 #[repr(align(64))]
