@@ -28,6 +28,8 @@ struct Extent {
     /// Whether no step is so near to half a turn that it could also go the other way round.
     one_way: bool,
     latest_deg: Option<f64>,
+    /// Whether a word is −0: its sign depends on the sign of a shift of 0.
+    has_negative_zero: bool,
 }
 
 impl Extent {
@@ -38,6 +40,8 @@ impl Extent {
             let entered = self.latest_deg.unwrap_or(*first);
             self.one_way &= !has_step_over((180.0 - TIE_DEG).next_down(), entered, words_deg);
         }
+        let negative_zeros = words_deg.iter().map(|word| u64::from(word.to_bits() == (-0.0_f64).to_bits()));
+        self.has_negative_zero |= negative_zeros.fold(0, |any, zero| any | zero) != 0;
         self.latest_deg = words_deg.last().copied();
     }
 }
@@ -69,7 +73,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             let mut fits = true;
             for k in 0..2 {
                 let (true, Some(travel)) = (is_relaxed[k], travel[k]) else { continue };
-                path.shift_deg[k] = self.best_shift(&path, k, extents[k].range_deg, travel);
+                path.shift_deg[k] = self.best_shift(&path, k, &extents[k], travel);
                 fits &= path.shift_deg[k].is_some();
             }
             if fits {
@@ -121,6 +125,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             range_deg: [f64::INFINITY, f64::NEG_INFINITY],
             one_way: true,
             latest_deg: self.start.map(|start| start[k]),
+            has_negative_zero: false,
         });
         self.look_along(path, |words, is_small| {
             for (extent, words) in extents.iter_mut().zip(words) {
@@ -141,7 +146,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     /// The shift by whole turns \[deg\] that brings all words of axis k into the travel with the smallest Σ|word|. With
     /// a given start, only no shift.
-    fn best_shift(&self, path: &Relaxed, k: usize, [low, high]: [f64; 2], travel: Travel) -> Option<f64> {
+    fn best_shift(&self, path: &Relaxed, k: usize, extent: &Extent, travel: Travel) -> Option<f64> {
+        let [low, high] = extent.range_deg;
         let slack = COMPUTED_WORD_SLACK;
         let first = ((travel.min - slack - low) / 360.0).ceil();
         let last = ((travel.max + slack - high) / 360.0).floor();
@@ -151,13 +157,15 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         if self.start.is_some() {
             return Some(0.0);
         }
-        // The larger the word, the fewer turns bring it next to zero.
-        if first >= last && turns_to_zero(low) <= first {
-            return Some(360.0 * first);
-        }
-        // Σ|word + 360 k| is least where the median word is nearest to zero.
-        let middle = self.turns_to_middle(path, k, [low, high]);
-        let turns = [middle - 1.0, middle, middle + 1.0].map(|turns| turns.clamp(first, last));
+        // One or two shifts fit, and the best of all is not beyond them: there is no need to look for it.
+        let few = last - first < 1.5 && turns_to_zero(low) <= last && turns_to_zero(high) >= first;
+        let turns = if few && !extent.has_negative_zero {
+            [first, last, last]
+        } else {
+            // Σ|word + 360 k| is least where the median word is nearest to zero.
+            let middle = self.turns_to_middle(path, k, [low, high]);
+            [middle - 1.0, middle, middle + 1.0].map(|turns| turns.clamp(first, last))
+        };
         if turns.iter().all(|turn| turn.total_cmp(&turns[0]).is_eq()) {
             return Some(360.0 * turns[0]);
         }
@@ -177,7 +185,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     fn turns_to_middle(&self, path: &Relaxed, k: usize, [low, high]: [f64; 2]) -> f64 {
         let half = path.way.len() / 2;
         let (mut most, fewest) = (turns_to_zero(low), turns_to_zero(high));
-        while most > fewest && self.count(path, k, |word| turns_to_zero(word) >= most) <= half {
+        while most > fewest && self.count(path, k, |word| needs_turns(word, most)) <= half {
             most -= 1.0;
         }
         if most.abs() > 0.5 {
@@ -201,6 +209,13 @@ fn turns_to_zero(word_deg: f64) -> f64 {
     (-word_deg / 360.0).round()
 }
 
+/// Whether a word needs at least so many turns. The same as a comparison with [`turns_to_zero`], which rounds halves away
+/// from zero, but without a call for each word.
+fn needs_turns(word_deg: f64, turns: f64) -> bool {
+    let (exact, least) = (-word_deg / 360.0, turns - 0.5);
+    if turns > 0.0 { exact >= least } else { exact > least }
+}
+
 /// The smallest and the largest word.
 fn extremes(words_deg: &[f64]) -> [f64; 2] {
     const SIDE_BY_SIDE: usize = 16;
@@ -212,4 +227,22 @@ fn extremes(words_deg: &[f64]) -> [f64; 2] {
         }
     }
     [low.into_iter().fold(f64::INFINITY, f64::min), high.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_comparison_needs_no_rounding() {
+        for turns in -3..=3 {
+            let turns = f64::from(turns);
+            for halves in -8..=8 {
+                let edge = 180.0 * f64::from(halves);
+                for word in [edge.next_down(), edge, edge.next_up(), edge + 17.0] {
+                    assert_eq!(needs_turns(word, turns), turns_to_zero(word) >= turns, "{word} {turns}");
+                }
+            }
+        }
+    }
 }
