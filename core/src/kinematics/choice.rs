@@ -12,7 +12,7 @@ use super::pointing::nearest_integer;
 use super::staying::Stays;
 use super::two_way::Weights;
 
-/// From this travel on, a common part is subtracted from all states, so that sums stay exact.
+/// From this travel or Σ|word| on, a common part is subtracted from all states, so that sums stay exact.
 const REBASE_DEG: f64 = 524_288.0;
 
 /// The states of a path, first pose first.
@@ -125,7 +125,7 @@ impl Choice {
         }
         self.poses += 1;
         let mut any = false;
-        let mut least = f64::INFINITY;
+        let (mut least, mut least_sum) = (f64::INFINITY, f64::INFINITY);
         for (state, cost) in self.next.iter_mut().enumerate() {
             #[expect(clippy::cast_possible_truncation, reason = "states are at most 65535")]
             self.predecessors.push(cost.from as u16);
@@ -134,12 +134,11 @@ impl Choice {
                 let words = self.next_words[state];
                 cost.sum += words[0].abs() + words[1].abs();
                 least = least.min(cost.travel);
+                least_sum = least_sum.min(cost.sum);
             }
         }
-        if any && least > REBASE_DEG {
-            for cost in &mut self.next {
-                cost.travel -= REBASE_DEG;
-            }
+        if any {
+            rebase(&mut self.next, [least, least_sum]);
         }
         std::mem::swap(&mut self.costs, &mut self.next);
         std::mem::swap(&mut self.words, &mut self.next_words);
@@ -209,16 +208,21 @@ impl Choice {
         if !equal {
             return false;
         }
-        let mut clear = true;
-        for lane in 0..size {
-            clear &= (first.travel - second.travel).abs() < stays.room_deg[lane];
-            first.travel += stays.travel_deg[0][lane];
-            first.sum += stays.sum_deg[0][lane];
-            second.travel += stays.travel_deg[1][lane];
-            second.sum += stays.sum_deg[1][lane];
+        let totals = &stays.totals;
+        let is_far_from_a_change = (first.travel - second.travel).abs() + totals.drift_deg < totals.room_deg;
+        if !is_far_from_a_change {
+            let (mut apart, mut clear) = (first.travel - second.travel, true);
+            for lane in 0..size {
+                clear &= apart.abs() < stays.room_deg[lane];
+                apart += stays.travel_deg[0][lane] - stays.travel_deg[1][lane];
+            }
+            if !clear {
+                return false;
+            }
         }
-        if !clear {
-            return false;
+        for (k, cost) in [&mut first, &mut second].into_iter().enumerate() {
+            cost.travel += totals.travel_deg[k];
+            cost.sum += totals.sum_deg[k];
         }
         let turns = self.turns();
         self.kept.push(self.poses..self.poses + size);
@@ -244,11 +248,8 @@ impl Choice {
             *words = std::array::from_fn(|k| in_steps(principal[k]) + 360.0 * turns[k]);
         }
         self.latest = *last;
-        if self.costs[0].travel.min(self.costs[1].travel) > REBASE_DEG {
-            for cost in &mut self.costs {
-                cost.travel -= REBASE_DEG;
-            }
-        }
+        let [first, second] = [self.costs[0], self.costs[1]];
+        rebase(&mut self.costs, [first.travel.min(second.travel), first.sum.min(second.sum)]);
     }
 
     /// The words of a target state \[steps\]. Those of unlimited axes are still principal. `None` if out of
@@ -335,6 +336,17 @@ impl Choice {
             state = usize::from(from[state]);
         }
         Way { states: way, kept: self.kept.clone() }
+    }
+}
+
+/// Subtracts what the least travel and the least Σ|word| \[deg\] have beyond [`REBASE_DEG`] from all states.
+fn rebase(costs: &mut [Cost], [travel, sum]: [f64; 2]) {
+    if travel.max(sum) > REBASE_DEG {
+        let [travel, sum] = [travel, sum].map(|least| REBASE_DEG * (least * (1.0 / REBASE_DEG)).floor());
+        for cost in costs {
+            cost.travel -= travel;
+            cost.sum -= sum;
+        }
     }
 }
 

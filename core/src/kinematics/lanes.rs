@@ -357,26 +357,23 @@ fn join_loop<const HEAD_AXES: usize>(
         }
         trig_lanes::sin_cos(angles_rad, &mut sin[k], &mut cos[k]);
     }
+    let offset_tip = |lane: usize| sum([tip_mm[0][lane], tip_mm[1][lane], tip_mm[2][lane]], chain.offset);
+    // Two turns in two loops: the same number for every machine.
     for lane in 0..BLOCK {
-        let tip = [tip_mm[0][lane], tip_mm[1][lane], tip_mm[2][lane]];
-        let mut p = sum(tip, chain.offset);
-        if HEAD_AXES < 2 {
-            p = carry(&chain, 0, [-sin[0][lane], cos[0][lane]], p);
-        }
-        [between_x[lane], between_y[lane], between_z[lane]] = p;
+        let turned = if HEAD_AXES < 2 {
+            carry(&chain, 0, [-sin[0][lane], cos[0][lane]], offset_tip(lane))
+        } else {
+            carry(&chain, 1, [sin[1][lane], cos[1][lane]], [0.0; 3])
+        };
+        [between_x[lane], between_y[lane], between_z[lane]] = turned;
     }
     for lane in 0..BLOCK {
-        let mut p = [between_x[lane], between_y[lane], between_z[lane]];
-        if HEAD_AXES == 0 {
-            p = carry(&chain, 1, [-sin[1][lane], cos[1][lane]], p);
-        }
-        let mut from_tool = [0.0; 3];
-        if HEAD_AXES > 0 {
-            from_tool = carry(&chain, 1, [sin[1][lane], cos[1][lane]], from_tool);
-        }
-        if HEAD_AXES > 1 {
-            from_tool = carry(&chain, 0, [sin[0][lane], cos[0][lane]], from_tool);
-        }
+        let turned = [between_x[lane], between_y[lane], between_z[lane]];
+        let (p, from_tool) = match HEAD_AXES {
+            0 => (carry(&chain, 1, [-sin[1][lane], cos[1][lane]], turned), [0.0; 3]),
+            1 => (turned, carry(&chain, 1, [sin[1][lane], cos[1][lane]], [0.0; 3])),
+            _ => (offset_tip(lane), carry(&chain, 0, [sin[0][lane], cos[0][lane]], turned)),
+        };
         let p = difference(difference(p, chain.offset), from_tool);
         let [cx, cy, cz] = chain.columns;
         [x[lane], y[lane], z[lane]] = std::array::from_fn(|k| cx[k] * p[0] + cy[k] * p[1] + cz[k] * p[2]);

@@ -128,8 +128,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             has_negative_zero: false,
         });
         self.look_along(path, |words, is_small| {
-            for (extent, words) in extents.iter_mut().zip(words) {
-                extent.take(words, is_small);
+            for k in 0..2 {
+                if path.grid.period[k] > 0.0 {
+                    extents[k].take(words[k], is_small);
+                }
             }
         });
         extents

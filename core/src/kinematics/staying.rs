@@ -32,14 +32,31 @@ pub(super) struct Stays {
     pub(super) sum_deg: [Lane; 2],
     /// The costs of both paths may differ by less than this \[deg\], as long as their rewinds are the same.
     pub(super) room_deg: Lane,
+    /// Sums over the block.
+    pub(super) totals: Totals,
     /// All words in steps of 2⁻³⁰°, one before the block first.
     steps: [[f64; BLOCK + 1]; 4],
+}
+
+/// Sums of a whole block. They are exact, whatever the order, because all numbers are whole steps.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Totals {
+    /// Travel along each solution \[deg\].
+    pub(super) travel_deg: [f64; 2],
+    /// Σ(|u| + |v|) on each solution \[deg\].
+    pub(super) sum_deg: [f64; 2],
+    /// Σ|difference of the travels of both solutions|: the costs drift apart by no more \[deg\].
+    pub(super) drift_deg: f64,
+    /// The least room of a lane \[deg\].
+    pub(super) room_deg: f64,
 }
 
 impl Stays {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
-        Self { travel_deg: [lane; 2], sum_deg: [lane; 2], room_deg: lane, steps: [[0.0; BLOCK + 1]; 4] }
+        let totals = Totals::default();
+        let steps = [[0.0; BLOCK + 1]; 4];
+        Self { travel_deg: [lane; 2], sum_deg: [lane; 2], room_deg: lane, totals, steps }
     }
 }
 
@@ -130,4 +147,30 @@ fn stay_loop(
         let room = if is_rewind { f64::INFINITY } else { apart_u + apart_v - both - SLACK_DEG };
         out.room_deg[lane] = if within & (longest < longest_deg) { room } else { -1.0 };
     }
+    out.totals = totals(out);
+}
+
+/// Lanes that are summed side by side: one after the other, each would wait for the one before.
+const SIDE_BY_SIDE: usize = 16;
+
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
+fn totals(stays: &Stays) -> Totals {
+    let Stays { travel_deg: [first, second], sum_deg: [first_sum, second_sum], room_deg, .. } = stays;
+    let mut sums = [[0.0; SIDE_BY_SIDE]; 5];
+    let mut least = [f64::INFINITY; SIDE_BY_SIDE];
+    for begin in (0..BLOCK).step_by(SIDE_BY_SIDE) {
+        for k in 0..SIDE_BY_SIDE {
+            let lane = begin + k;
+            sums[0][k] += first[lane];
+            sums[1][k] += second[lane];
+            sums[2][k] += first_sum[lane];
+            sums[3][k] += second_sum[lane];
+            sums[4][k] += (first[lane] - second[lane]).abs();
+            least[k] = if room_deg[lane] < least[k] { room_deg[lane] } else { least[k] };
+        }
+    }
+    let [first, second, first_sum, second_sum, drift_deg] = sums.map(|sums| sums.iter().sum());
+    let room_deg = least.into_iter().fold(f64::INFINITY, f64::min);
+    Totals { travel_deg: [first, second], sum_deg: [first_sum, second_sum], drift_deg, room_deg }
 }
