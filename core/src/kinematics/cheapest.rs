@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use super::choice::{Choice, Way};
+use super::cost::SLACK_DEG;
 use super::grid::Grid;
 use super::joining::has_step_over;
 use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
-use super::staying::{SLACK_DEG, Stays, stay};
-use super::walk::{HELD, PLAIN, Walk, Weighed, branch_words};
+use super::staying::{Stays, stay};
+use super::walk::{HELD, PLAIN, Walk, branch_words};
+use super::weighing::Weighed;
 use super::{InverseError, MAX_CELLS, REWIND_DEG};
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {

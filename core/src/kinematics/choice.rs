@@ -159,6 +159,7 @@ impl Choice {
         let mut costs = [self.costs[0], self.costs[1]];
         let mut turns = self.turns();
         self.poses += lanes.len();
+        self.predecessors.reserve(2 * lanes.len());
         let mut reached = 0;
         for lane in start..end {
             let step = |from: usize, to: usize| {

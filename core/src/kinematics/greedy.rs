@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use super::InverseError;
+use super::examining::Examination;
 use super::grid::{Grid, Stage};
 use super::joining::Joiner;
 use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
 use super::steady::{Bounds, Course, follow};
-use super::walk::{Examination, HELD, PLAIN, Walk, Weighed, branch_words, branch_words_mut};
+use super::walk::{HELD, PLAIN, Walk, branch_words, branch_words_mut};
+use super::weighing::Weighed;
 
 /// The choice so far.
 struct Chosen {
@@ -35,36 +37,50 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             weighed: None,
         };
         let mut joiner = self.joiner();
-        // Poses before this one are done.
+        // Poses before this one are joined. Later ones may have to wait at the pole for the first pose outside.
         let mut done = 0;
         for begin in (0..count).step_by(BLOCK) {
             self.go_on()?;
             let end = count.min(begin + BLOCK);
-            let mut before = examination.before;
+            let before = examination.before;
             self.point(begin, &mut examination);
-            if done == begin && self.keep_course(&mut examination, &mut chosen, &mut joiner, begin..end) {
-                done = end;
-                continue;
-            }
-            self.examine(begin, &mut examination)?;
-            if examination.is_waiting() && end < count {
-                continue;
-            }
-            for begin in (done..end).step_by(BLOCK) {
-                let block = begin..end.min(begin + BLOCK);
-                let last = self.both(block.end - 1);
-                if let Err(error) = self.choose_nearest(&mut chosen, before, block.clone()) {
+            let is_steady =
+                done == begin && self.keep_course(&mut examination, &mut chosen, &mut joiner, begin..end);
+            if !is_steady {
+                self.examine(begin, &mut examination)?;
+                if examination.is_waiting() && end < count {
+                    continue;
+                }
+                if let Err(error) = self.choose_and_join(&mut chosen, &mut joiner, before, done..end) {
                     // A pose that cannot be solved at all is reported first.
                     self.examine_from(end, &mut examination)?;
                     return Err(error);
                 }
-                before = last;
-                for (words, chosen) in joiner.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
-                    words[..block.len()].copy_from_slice(&chosen[block.clone()]);
-                }
-                self.join(&mut joiner, block, false);
             }
             done = end;
+        }
+        Ok(())
+    }
+
+    /// Chooses poses that are examined, and converts them to joints. `before` has both branches' words of the pose before
+    /// them.
+    fn choose_and_join(
+        &mut self,
+        chosen: &mut Chosen,
+        joiner: &mut Joiner,
+        mut before: [f64; 4],
+        poses: Range<usize>,
+    ) -> Result<(), InverseError> {
+        for begin in poses.clone().step_by(BLOCK) {
+            let block = begin..poses.end.min(begin + BLOCK);
+            // The choice is written over these words.
+            let last = self.both(block.end - 1);
+            self.choose_nearest(chosen, before, block.clone())?;
+            before = last;
+            for (words, chosen) in joiner.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
+                words[..block.len()].copy_from_slice(&chosen[block.clone()]);
+            }
+            self.join(joiner, block, false);
         }
         Ok(())
     }
@@ -88,8 +104,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             // The first pose is chosen alone, and then entered without a step.
             let first = lanes.pointed.angles_rad.each_ref().map(|angle| angle[0]);
             let stage = Stage { words_deg: pointing.words_deg(first), alive: [true; 2], held: false };
-            let nearest = chosen.grid.nearest(&stage, None, self.options.rewind_deg);
-            let Some((branch, words)) = nearest else { return false };
+            let Some((branch, words)) = chosen.grid.nearest(&stage, None, self.options.rewind_deg) else {
+                return false;
+            };
             (chosen.branch, chosen.words_deg) = (branch, Some(words));
         }
         let Some(entered_deg) = chosen.words_deg else { return false };

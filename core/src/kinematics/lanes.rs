@@ -170,7 +170,7 @@ impl<'a> Joined<'a> {
 }
 
 /// N and D below this need care: the solutions almost meet.
-const REACH_MARGIN: f64 = 1e-9;
+pub(super) const REACH_MARGIN: f64 = 1e-9;
 
 /// Solves the directions of a block up to its angles. `cone_sin2` is sin² of the half-angle of the pole cone, widened.
 pub(super) fn point(

@@ -8,6 +8,7 @@ mod choice;
 mod cost;
 mod curvature;
 mod error;
+mod examining;
 mod greedy;
 mod grid;
 mod instruction_set;
@@ -27,6 +28,7 @@ mod turning_room;
 mod turns;
 mod two_way;
 mod walk;
+mod weighing;
 
 pub use batch::{JointLanes, PoseLanes};
 pub use chain::{BareKinematics, Joints, Kinematics, Setup, ToolPose};

@@ -14,14 +14,11 @@
 
 use multiversion::multiversion;
 
-use super::cost::in_steps;
+use super::cost::{SLACK_DEG, in_steps};
 use super::lanes::{BLOCK, Lane};
 use super::pointing::nearest_integer;
 use super::two_way::Rules;
 use super::{InstructionSet, REWIND_DEG};
-
-/// Subtracted from every bound \[deg\]: far above ties and rounding.
-pub(super) const SLACK_DEG: f64 = 1e-5;
 
 /// Both solutions of a block.
 #[repr(align(64))]

@@ -13,14 +13,14 @@
 use multiversion::multiversion;
 
 use super::aligned::Aligned;
+use super::cost::SLACK_DEG;
 use super::lanes::{BLOCK, Lane, PointedBlock};
 use super::pointing::{DEG_PER_RAD, Pointing, nearest_integer};
 use super::{InstructionSet, REWIND_DEG};
 use crate::machine::Travel;
 
-/// Subtracted from every bound \[deg\]: far above ties and rounding.
-const SLACK_DEG: f64 = 1e-5;
-/// Part of sin B that a step may use; the rest is for rounding.
+/// Part of sin B that a step may use. The rest is for rounding: N and D have an error of a few 1e-16 and are above
+/// [`super::lanes::REACH_MARGIN`], so the root of their product has a relative error below 1e-6.
 const SHARE: f64 = 0.999;
 
 /// One solution, with the whole turns of its words.
@@ -127,5 +127,35 @@ fn follow_loop(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2
     for lane in 1..BLOCK {
         let (words, before) = ([us[lane], vs[lane]], [us[lane - 1], vs[lane - 1]]);
         room[lane] = lane_room(words, before, pointed.conditioning[lane]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::lanes::REACH_MARGIN;
+    use crate::kinematics::{Kinematics, Setup};
+    use crate::machine::{Machine, PRESETS};
+
+    #[test]
+    fn the_share_leaves_room_for_the_rounding_of_sin_b() {
+        let mut near = 0;
+        for preset in &PRESETS {
+            let kinematics = Kinematics::new(&Machine::new(preset.parts()).unwrap(), &Setup::default());
+            let pointing = &kinematics.pointing;
+            for step in 1..4000 {
+                // From the reach limit on, ever farther.
+                let b_rad = 1e-5 * 1.003_f64.powi(step);
+                let words = [17.0, kinematics.sense[1] * (pointing.b0_rad + b_rad).to_degrees()];
+                let pointed = pointing.solve(kinematics.axis_of_words(words).into());
+                if b_rad > 3.1 || pointed.reach[0].min(pointed.reach[1]) < REACH_MARGIN {
+                    continue;
+                }
+                let found = pointed.conditioning / (pointing.product * b_rad.sin());
+                assert!((found - 1.0).abs() < 0.01 * (1.0 - SHARE), "{} {b_rad}: {found}", preset.id);
+                near += u32::from(pointed.reach[0] < 2.0 * REACH_MARGIN);
+            }
+        }
+        assert!(near > 0, "no direction was near the margin");
     }
 }

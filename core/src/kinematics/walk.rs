@@ -1,77 +1,24 @@
-//! One path while it is solved: its memory, and the directions of its poses. [`super::cheapest`] and [`super::greedy`]
-//! choose the branches; [`super::joining`] converts the path to joints.
+//! One path while it is solved, and what all steps of the work ask of it.
+//!
+//! The steps have a file each. [`super::examining`] finds both solutions of every direction. [`super::greedy`] and
+//! [`super::cheapest`] choose among them, with [`super::weighing`]. [`super::joining`] makes joints of the choice.
 
 use std::ops::ControlFlow;
 
-use super::aligned::Aligned;
 use super::grid::{Grid, Stage};
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
-use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, both_words, point};
-use super::pointing::principal_deg;
-use super::staying::Stays;
-use super::two_way::{Rules, Weights, weigh};
-use super::{InverseError, JointLanes, Kinematics, Path, PathOptions, REACH_SLACK_RAD, Selection};
-use crate::geometry::trig;
+use super::lanes::PoseSource;
+use super::{InverseError, JointLanes, Kinematics, Path, PathOptions};
 use crate::machine::Motion;
 
-const ALIVE: [u8; 2] = [1, 2];
+/// Bits of a mark: the branch exists, and X Y Z are within travel.
+pub(super) const ALIVE: [u8; 2] = [1, 2];
 /// Both branches are alive, and nothing is special.
 pub(super) const PLAIN: u8 = 3;
+/// Inside the pole cone: u is held.
 pub(super) const HELD: u8 = 4;
 /// Near the pole or the reach limit: the pose has a residual to report.
 pub(super) const LIMIT: u8 = 8;
-
-/// The steps into the poses of a block, with weights computed in lanes.
-pub(super) struct Weighed {
-    pub(super) rules: Rules,
-    /// Principal words of u, v of the first branch, then of the second \[deg\].
-    pub(super) words: Box<Aligned<[Lane; 4]>>,
-    pub(super) weights: Box<Weights>,
-    /// Of a block in which no path changes its branch, once there is one to look at.
-    pub(super) stays: Option<Box<Stays>>,
-}
-
-/// The directions found so far.
-pub(super) struct Examination {
-    cone_rad: f64,
-    cone_sin2: f64,
-    /// Memory for a block. `None` if poses are solved one by one.
-    pub(super) lanes: Option<ExaminedLanes>,
-    /// Principal words of u of the latest pose, per branch, for held poses. Before there are any, held poses wait.
-    held_u: Option<[f64; 2]>,
-    /// The first pose that is known not to wait, or the next to look at.
-    waiting: usize,
-    /// Both branches' words of the pose before the next block.
-    pub(super) before: [f64; 4],
-}
-
-impl Examination {
-    /// Whether poses wait for the words of a later one.
-    pub(super) fn is_waiting(&self) -> bool {
-        self.held_u.is_none()
-    }
-}
-
-/// Memory for the directions of a block.
-pub(super) struct ExaminedLanes {
-    pub(super) copy: Box<PoseBlock>,
-    pub(super) pointed: Box<PointedBlock>,
-    /// For a block at the end that is not full.
-    words_deg: Box<Aligned<[Lane; 4]>>,
-    /// Whether a pose of the block has no margin.
-    pub(super) care: bool,
-}
-
-impl ExaminedLanes {
-    fn new() -> Self {
-        Self {
-            copy: Box::new(PoseBlock::new()),
-            pointed: Box::new(PointedBlock::new()),
-            words_deg: Box::new(Aligned([[0.0; BLOCK]; 4])),
-            care: true,
-        }
-    }
-}
 
 /// The words of both branches \[deg\]: u and v of the first, then u and v of the second. They are kept in the memory
 /// that takes the joints later. Once a choice is made, the first two are the chosen words, whole turns included.
@@ -88,6 +35,7 @@ pub(super) fn branch_words_mut(memory: &mut JointLanes) -> [&mut [f64]; 4] {
 
 /// One path being solved. Its output holds [the words](branch_words) until [`Walk::join`] makes joints of them.
 pub(super) struct Walk<'a, P: ?Sized> {
+    /// The machine.
     pub(super) kinematics: &'a Kinematics,
     pub(super) poses: &'a P,
     pub(super) options: &'a PathOptions,
@@ -95,12 +43,16 @@ pub(super) struct Walk<'a, P: ?Sized> {
     pub(super) singly: bool,
     /// Words before the first pose, in the order u, v \[deg\].
     pub(super) start: Option<[f64; 2]>,
+    /// Asked once per block.
     pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
+    /// What is handed over at the end.
     pub(super) out: &'a mut Path,
+    /// What is special about each pose: [`ALIVE`], [`HELD`], [`LIMIT`].
     pub(super) marks: Vec<u8>,
 }
 
 impl<P: PoseSource + ?Sized> Walk<'_, P> {
+    /// Fails if the caller wants to stop.
     pub(super) fn go_on(&self) -> Result<(), InverseError> {
         match (self.stop)() {
             ControlFlow::Continue(()) => Ok(()),
@@ -108,196 +60,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
     }
 
-    /// Memory for all poses, and the state before the first.
-    pub(super) fn begin(&mut self) -> Examination {
-        let count = self.poses.count();
-        for lane in self.out.joints.each_mut().into_iter().chain([&mut self.out.conditioning]) {
-            if lane.capacity() < count {
-                // Memory that the system has cleared is not touched before it is used.
-                *lane = vec![0.0; count];
-            }
-            lane.resize(count, 0.0);
-        }
-        self.out.warnings.clear();
-        self.marks.clear();
-        self.marks.resize(count, PLAIN);
-        let cone_rad = self.kinematics.pole_cone_rad();
-        let linear_limited = self.kinematics.linear_travel_mm.iter().any(Option::is_some);
-        Examination {
-            cone_rad,
-            cone_sin2: trig::sin_cos(1.001 * cone_rad).0.powi(2),
-            lanes: (!(linear_limited || self.singly)).then(ExaminedLanes::new),
-            held_u: self.start.map(|words| [principal_deg(words[0]); 2]),
-            waiting: 0,
-            before: [0.0; 4],
-        }
-    }
-
-    /// Solves all directions.
-    pub(super) fn examine_all(&mut self) -> Result<(), InverseError> {
-        let mut examination = self.begin();
-        self.examine_from(0, &mut examination)
-    }
-
-    /// Solves the directions from this block on.
-    pub(super) fn examine_from(
-        &mut self,
-        begin: usize,
-        examination: &mut Examination,
-    ) -> Result<(), InverseError> {
-        for begin in (begin..self.poses.count()).step_by(BLOCK) {
-            self.go_on()?;
-            self.point(begin, examination);
-            self.examine(begin, examination)?;
-        }
-        Ok(())
-    }
-
-    /// Solves the directions of a block that was pointed. Poses near the pole, the reach limit or travel ends are
-    /// solved one by one.
-    pub(super) fn examine(
-        &mut self,
-        begin: usize,
-        examination: &mut Examination,
-    ) -> Result<(), InverseError> {
-        let count = self.poses.count();
-        let end = count.min(begin + BLOCK);
-        let entered_u = [examination.before[0], examination.before[2]];
-        let cone_rad = examination.cone_rad;
-        let lanes = &mut examination.lanes;
-        let care = lanes.as_mut().is_none_or(|lanes| {
-            self.keep_words(begin, lanes);
-            lanes.care
-        });
-        for pose in begin..if care { end } else { begin } {
-            if lanes.as_ref().is_some_and(|lanes| lanes.pointed.margin[pose - begin] > 0.0) {
-                continue;
-            }
-            if self.examine_one(pose, cone_rad)? {
-                // Inside the cone.
-                let entry = if pose == begin { entered_u } else { self.u_words(pose - 1) };
-                if let Some(begins_with) = examination.held_u {
-                    let u_deg = if pose == 0 { begins_with } else { entry };
-                    examination.held_u = Some(u_deg);
-                    self.hold(pose, u_deg)?;
-                }
-            }
-        }
-        self.hold_waiting(end, examination)?;
-        examination.before = self.both(end - 1);
-        Ok(())
-    }
-
-    /// Poses before the first one outside the cone take its words.
-    fn hold_waiting(&mut self, end: usize, examination: &mut Examination) -> Result<(), InverseError> {
-        if examination.held_u.is_some() {
-            return Ok(());
-        }
-        let count = self.poses.count();
-        let mut waiting = examination.waiting;
-        while waiting < end && self.marks[waiting] & HELD != 0 {
-            waiting += 1;
-        }
-        examination.waiting = waiting;
-        if waiting == end && end < count {
-            return Ok(());
-        }
-        let words = if waiting < count { self.u_words(waiting) } else { [0.0; 2] };
-        examination.held_u = Some(words);
-        for pose in 0..waiting {
-            self.hold(pose, words)?;
-        }
-        for pose in waiting..end {
-            if self.marks[pose] & HELD != 0 {
-                self.hold(pose, if pose == 0 { words } else { self.u_words(pose - 1) })?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Points the block in lanes, if there are lanes.
-    pub(super) fn point(&self, begin: usize, examination: &mut Examination) {
-        let cone_sin2 = examination.cone_sin2;
-        let Some(lanes) = &mut examination.lanes else { return };
-        let (size, poses) = self.poses.block(begin, &mut lanes.copy);
-        point(self.options.instructions, &self.kinematics.pointing, cone_sin2, poses, &mut lanes.pointed);
-        // Without a branch in the loop.
-        let sound = lanes.pointed.margin[..size].iter().fold(1, |all, margin| all & u8::from(*margin > 0.0));
-        lanes.care = sound == 0;
-    }
-
-    /// Keeps the words of both branches of a block.
-    fn keep_words(&mut self, begin: usize, lanes: &mut ExaminedLanes) {
-        let end = self.poses.count().min(begin + BLOCK);
-        let ExaminedLanes { pointed, words_deg, .. } = lanes;
-        self.out.conditioning[begin..end].copy_from_slice(&pointed.conditioning[..end - begin]);
-        let (set, pointing) = (self.options.instructions, &self.kinematics.pointing);
-        if let Some([first_u, first_v, second_u, second_v, _]) = self.out.joints.block_mut(begin) {
-            both_words(set, pointing, pointed, [first_u, first_v, second_u, second_v]);
-            return;
-        }
-        both_words(set, pointing, pointed, words_deg.each_mut());
-        for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(words_deg.iter()) {
-            kept[begin..end].copy_from_slice(&found[..end - begin]);
-        }
-    }
-
-    fn u_words(&self, pose: usize) -> [f64; 2] {
-        let [first_u_deg, _, second_u_deg, _] = branch_words(&self.out.joints);
-        [first_u_deg[pose], second_u_deg[pose]]
-    }
-
-    /// Examines one pose; true if it is inside the pole cone.
-    fn examine_one(&mut self, index: usize, cone_rad: f64) -> Result<bool, InverseError> {
-        let kinematics = self.kinematics;
-        let pose = self.poses.pose(index);
-        let solution = kinematics.solution(index, &pose)?;
-        let held = solution.polar_distance_rad <= cone_rad;
-        if held {
-            self.marks[index] = HELD;
-            return Ok(true);
-        }
-        let words = solution.words_deg;
-        self.set_words(index, words);
-        self.out.conditioning[index] = solution.conditioning;
-        let mut mark = if solution.axis_residual_rad > REACH_SLACK_RAD { LIMIT } else { 0 };
-        for branch in 0..solution.branches {
-            if self.linear_fits(index, words[branch]) {
-                mark |= ALIVE[branch];
-            }
-        }
-        self.marks[index] = mark;
-        Ok(false)
-    }
-
-    fn set_words(&mut self, index: usize, words: [[f64; 2]; 2]) {
-        for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(words.as_flattened()) {
-            kept[index] = *word;
-        }
-    }
-
-    fn linear_fits(&self, index: usize, words_deg: [f64; 2]) -> bool {
-        let tip_mm = self.poses.pose(index).tip_mm;
-        let linear_mm = self.kinematics.joints_at(tip_mm, words_deg).linear_mm;
-        self.kinematics.linear_miss(index, linear_mm).is_none()
-    }
-
-    /// Holds u at these words, one for each branch by which the cone was entered. v gets its best fit.
-    fn hold(&mut self, index: usize, u_deg: [f64; 2]) -> Result<(), InverseError> {
-        let pose = self.poses.pose(index);
-        let axis = super::inverse::usable_axis(&pose).ok_or(InverseError::NoDirection { pose: index })?;
-        let words = u_deg.map(|u| [u, self.kinematics.held_word_deg(axis, u)]);
-        self.set_words(index, words);
-        let mut mark = HELD;
-        for branch in 0..2 {
-            if self.linear_fits(index, words[branch]) {
-                mark |= ALIVE[branch];
-            }
-        }
-        self.marks[index] = mark;
-        Ok(())
-    }
-
+    /// A pose as the choice sees it, before its choice is written over its words.
     pub(super) fn stage(&self, pose: usize) -> Stage {
         let mark = self.marks[pose];
         let [first_u, first_v, second_u, second_v] = self.both(pose);
@@ -342,33 +105,14 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         told.map_or(InverseError::NoWay { pose }, |(_, error)| error)
     }
 
-    /// The weights of the steps into the poses `begin..end`, starting from the words `before`.
-    pub(super) fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
-        for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
-            lane[..end - begin].copy_from_slice(&from[begin..end]);
-        }
-        let all = self.options.selection == Selection::Cheapest;
-        let Weighed { rules, words, weights, .. } = lanes;
-        weigh(self.options.instructions, rules, before, words, all, weights);
-    }
-
-    /// Memory for the weights of a block, if steps are weighted in lanes.
-    pub(super) fn lanes_of(&self, grid: Grid) -> Option<Weighed> {
-        let rules = grid.rules(self.options.rewind_deg).filter(|_| !self.singly)?;
-        Some(Weighed {
-            rules,
-            words: Box::new(Aligned([[0.0; BLOCK]; 4])),
-            weights: Box::new(Weights::new()),
-            stays: None,
-        })
-    }
-
+    /// Writes the chosen words of u, v \[deg\] over those of the first branch.
     pub(super) fn choose(&mut self, pose: usize, chosen_deg: [f64; 2]) {
         for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
             kept[pose] = word;
         }
     }
 
+    /// [`branch_words`] of one pose.
     pub(super) fn both(&self, pose: usize) -> [f64; 4] {
         branch_words(&self.out.joints).map(|kept| kept[pose])
     }
