@@ -102,7 +102,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let is_small = self.follow(&path.grid, &path.way, block, previous, [&mut *us, &mut *vs]);
         for (words, shift) in [us, vs].into_iter().zip(path.shift_deg) {
             if let Some(shift) = shift {
-                words.iter_mut().for_each(|word| *word += shift);
+                for word in words {
+                    *word += shift;
+                }
             }
         }
         is_small

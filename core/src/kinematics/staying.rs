@@ -37,6 +37,7 @@ pub(super) struct Stays {
 
 /// Sums of a whole block. They are exact, whatever the order, because all numbers are whole steps.
 #[derive(Debug, Clone, Copy, Default)]
+#[expect(clippy::struct_field_names, reason = "a name ends with its unit")]
 pub(super) struct Totals {
     /// Travel along each solution \[deg\].
     pub(super) travel_deg: [f64; 2],

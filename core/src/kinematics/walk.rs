@@ -5,7 +5,7 @@
 
 use std::ops::ControlFlow;
 
-use super::grid::{Grid, Stage};
+use super::grid::Stage;
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::PoseSource;
 use super::{InverseError, JointLanes, Kinematics, Path, PathOptions};
