@@ -113,8 +113,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         choice.stay(stays, size, &self.stage(begin + size - 1))
     }
 
-    /// The words of u and v along a path in a block. Unlimited axes take the nearest turn.
-    /// True if it is known that all steps are clearly below [`REWIND_DEG`].
+    /// The words of u and v along a path in a block. Unlimited axes take the nearest turn. True if it is known that all
+    /// steps are clearly below [`REWIND_DEG`].
     pub(super) fn follow(
         &self,
         grid: &Grid,
@@ -128,21 +128,20 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let branches = [[first_u, first_v], [second_u, second_v]];
         let [us, vs] = words_deg;
         let marks = &self.marks[block.clone()];
-        let kept = way.kept(&block);
+        let is_kept = way.is_kept(&block);
         let way = way.states(block.clone());
         let plain = grid.count == [1, 1];
-        if let (true, Some(entered_deg), Some(state)) = (plain, *previous, way.first())
-            && (kept.is_some()
+        if let (true, Some(entered_deg), Some(state)) = (plain, *previous, way.first()) {
+            let is_one_course = is_kept
                 || (way.iter().fold(0, |all, here| all | (here ^ state)) == 0
-                    && marks.iter().fold(0, |all, mark| all | mark) & HELD == 0))
-            && {
-                let words_deg = [&mut *us, &mut *vs];
-                grid.turn_once(branches[usize::from(*state) & 1], entered_deg, words_deg);
-                kept.is_some() || has_short_steps(entered_deg, [us, vs])
+                    && marks.iter().fold(0, |all, mark| all | mark) & HELD == 0);
+            if is_one_course {
+                grid.turn_once(branches[usize::from(*state) & 1], entered_deg, [&mut *us, &mut *vs]);
+                if is_kept || has_short_steps(entered_deg, [us, vs]) {
+                    *previous = us.last().zip(vs.last()).map(|(u, v)| [*u, *v]);
+                    return true;
+                }
             }
-        {
-            *previous = us.last().zip(vs.last()).map(|(u, v)| [*u, *v]);
-            return true;
         }
         for (lane, state) in way.iter().enumerate() {
             let words = match *previous {

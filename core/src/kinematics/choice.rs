@@ -19,6 +19,7 @@ const REBASE_DEG: f64 = 524_288.0;
 #[derive(Default)]
 pub(super) struct Way {
     states: Vec<u16>,
+    /// Blocks in which no path changes its state, in order.
     kept: Vec<Range<usize>>,
 }
 
@@ -28,11 +29,11 @@ impl Way {
         self.states.get(poses).unwrap_or_default()
     }
 
-    /// The state of all these poses, if it is known that the path keeps its state there. Then no step from the pose before
-    /// to the last one passes ±180° or comes near the threshold of a rewind.
-    pub(super) fn kept(&self, poses: &Range<usize>) -> Option<u16> {
-        let found = self.kept.binary_search_by_key(&poses.start, |kept| kept.start).ok()?;
-        (self.kept.get(found)?.end >= poses.end).then(|| self.states.get(poses.start).copied())?
+    /// Whether it is known that the path enters these poses in one state and keeps it. Then no step passes ±180° or
+    /// comes near [`super::REWIND_DEG`].
+    pub(super) fn is_kept(&self, poses: &Range<usize>) -> bool {
+        let found = self.kept.binary_search_by_key(&poses.start, |kept| kept.start).ok();
+        found.and_then(|found| self.kept.get(found)).is_some_and(|kept| kept.end >= poses.end)
     }
 
     /// The number of poses.
@@ -41,7 +42,8 @@ impl Way {
     }
 }
 
-/// The running choice: costs of all states at the latest pose, and the origin of every state where a path could change it.
+/// The running choice: costs of all states at the latest pose, and the origin of every state where a path could
+/// change it.
 pub(super) struct Choice {
     pub(super) grid: Grid,
     pub(super) threshold_deg: f64,

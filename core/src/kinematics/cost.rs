@@ -4,8 +4,8 @@ use super::pointing::nearest_integer;
 
 /// Travels closer than this tie \[deg\].
 pub(super) const TIE_DEG: f64 = 1e-6;
-/// Distance from an equality at which it is certain which side is which \[deg\]: above a tie and the rounding of a few words
-/// of up to a million turns.
+/// Distance from an equality at which it is certain which side is which \[deg\]: above a tie and the rounding of a
+/// few words of up to a million turns.
 pub(super) const SLACK_DEG: f64 = 1e-5;
 /// Words are compared in steps of 2⁻³⁰° so that sums of travels are exact and symmetric solutions tie.
 pub(super) const STEPS_PER_DEG: f64 = 1_073_741_824.0;
@@ -74,8 +74,8 @@ mod tests {
 
     #[test]
     fn the_slack_is_above_a_tie_and_all_rounding() {
-        // A comparison has the travels of two steps on both sides: eight words. Each is rounded when it is computed, and
-        // again to a step.
+        // A comparison has the travels of two steps on both sides: eight words. Each is rounded when it is computed,
+        // and again to a step.
         let rounding = 8.0 * (360e6 * f64::EPSILON + 0.5 / STEPS_PER_DEG);
         assert!(SLACK_DEG > 4.0 * (TIE_DEG + rounding), "{rounding:e}");
     }

@@ -62,8 +62,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(())
     }
 
-    /// Chooses poses that are examined, and converts them to joints. `before` has both branches' words of the pose before
-    /// them.
+    /// Chooses poses that are examined, and converts them to joints. `before` has both branches' words of the pose
+    /// before them.
     fn choose_and_join(
         &mut self,
         chosen: &mut Chosen,

@@ -27,8 +27,9 @@ pub enum Selection {
 }
 
 /// Largest number of poses that are solved one by one. A block of lanes costs the same for any number of poses, as
-/// much as about twenty poses one by one (measured: 1 pose 1.6 µs against 17.6 µs, 16 poses 14 against 19).
-const FEW: usize = 16;
+/// much as seven to ten poses one by one (measured: 1 pose 0.6 µs against 2.7 µs, 8 poses 3 to 3.9 against 2.7 to 4.1,
+/// 16 poses 6 to 7.8 against 2.8 to 4.5).
+const FEW: usize = 8;
 
 /// Whether poses are solved side by side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

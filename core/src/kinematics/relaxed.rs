@@ -110,7 +110,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         is_small
     }
 
-    /// Shows the words of u, v \[deg\] along a relaxed path, block by block, and whether all steps are known to be short.
+    /// Shows the words of u, v \[deg\] along a relaxed path, block by block, and whether all steps are known to be
+    /// short.
     fn look_along(&self, path: &Relaxed, mut look: impl FnMut([&[f64]; 2], bool)) {
         let mut words: Aligned<[Lane; 2]> = Aligned([[0.0; BLOCK]; 2]);
         let mut previous = self.start;
@@ -213,8 +214,8 @@ fn turns_to_zero(word_deg: f64) -> f64 {
     (-word_deg / 360.0).round()
 }
 
-/// Whether a word needs at least so many turns. The same as a comparison with [`turns_to_zero`], which rounds halves away
-/// from zero, but without a call for each word.
+/// Whether a word needs at least so many turns. The same as a comparison with [`turns_to_zero`], which rounds halves
+/// away from zero, but without a call for each word.
 fn needs_turns(word_deg: f64, turns: f64) -> bool {
     let (exact, least) = (-word_deg / 360.0, turns - 0.5);
     if turns > 0.0 { exact >= least } else { exact > least }
