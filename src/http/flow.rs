@@ -16,16 +16,18 @@ use std::time::{Duration, Instant};
 use axum::body::HttpBody;
 use bytes::Bytes;
 use hyper::body::Frame;
+use thiserror::Error;
 
 use super::file_body::FileBody;
 
 /// Largest length of a piece \[bytes\]. Memory of this size is used again; larger memory would be given back to the
 /// system each time.
 const PIECE: usize = 64 << 10;
-/// How long a printer waits for its client, all waits together.
-const PATIENCE: Duration = Duration::from_millis(500);
-/// How long it waits for a client that takes nothing. A client on the same network takes a piece every millisecond.
-const STALL: Duration = Duration::from_millis(20);
+/// How long a printer waits for a client that takes nothing. No pieces add more patience than this.
+const MOST_PATIENCE: Duration = Duration::from_millis(20);
+/// Patience that each piece adds. It covers a client that takes 256 MiB a second, which is one on the same computer or
+/// network. A slower one would hold a computing thread for longer than its answer takes to print.
+const PATIENCE_OF_A_PIECE: Duration = Duration::from_micros(250);
 
 /// The side that prints. If it is dropped before [`Printer::end`], the answer breaks off.
 #[derive(Debug)]
@@ -42,6 +44,18 @@ pub(super) struct Printer {
 pub(super) struct Flow {
     shared: Arc<Shared>,
     file: Option<FileBody>,
+}
+
+/// Why nothing more is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("the client has left")]
+pub(super) struct ClientLeft;
+
+impl ClientLeft {
+    /// Whether this is the cause of a fault.
+    pub(super) fn caused(fault: &io::Error) -> bool {
+        fault.get_ref().is_some_and(<dyn std::error::Error + Send + Sync>::is::<Self>)
+    }
 }
 
 #[derive(Debug, Default)]
@@ -82,7 +96,8 @@ impl Shared {
 }
 
 impl Flow {
-    /// The body of an answer whose queue holds `queue_bytes`. What does not fit goes into a file in `spool`.
+    /// The body of an answer whose queue holds `queue_bytes`. What does not fit goes into a file in `spool`. Without a
+    /// queue the printer waits for nobody.
     pub(super) fn new(spool: &Path, queue_bytes: usize) -> (Printer, Self) {
         let shared = Arc::new(Shared::default());
         let printer = Printer {
@@ -90,18 +105,13 @@ impl Flow {
             spool: spool.to_owned(),
             file: None,
             queue_bytes,
-            patience: PATIENCE,
+            patience: MOST_PATIENCE,
         };
         (printer, Self { shared, file: None })
     }
 }
 
 impl Printer {
-    /// From now on, the printer waits for nobody: the client has no body yet.
-    pub(super) fn never_wait(&mut self) {
-        self.patience = Duration::ZERO;
-    }
-
     /// The answer is complete. Returns how much of it is still in memory \[bytes\].
     pub(super) fn end(mut self) -> usize {
         let rest = self.file.take().map_or(Rest::Nothing, Rest::File);
@@ -123,19 +133,19 @@ impl Printer {
     fn offer(&mut self, piece: &[u8]) -> io::Result<bool> {
         let mut state = self.shared.state();
         while !state.client_left && state.queued_bytes + piece.len() > self.queue_bytes {
-            if self.patience.is_zero() {
+            if self.queue_bytes == 0 || self.patience.is_zero() {
                 return Ok(false);
             }
-            let (began, queued_bytes) = (Instant::now(), state.queued_bytes);
-            let waited = self.shared.taken.wait_timeout(state, self.patience.min(STALL));
+            let began = Instant::now();
+            let waited = self.shared.taken.wait_timeout(state, self.patience);
             state = waited.unwrap_or_else(PoisonError::into_inner).0;
             self.patience = self.patience.saturating_sub(began.elapsed());
-            if state.queued_bytes == queued_bytes && began.elapsed() >= STALL {
-                self.patience = Duration::ZERO;
-            }
         }
         if state.client_left {
-            return Err(io::ErrorKind::BrokenPipe.into());
+            return Err(io::Error::other(ClientLeft));
+        }
+        if self.patience < MOST_PATIENCE {
+            self.patience = (self.patience + PATIENCE_OF_A_PIECE).min(MOST_PATIENCE);
         }
         state.queued_bytes += piece.len();
         state.pieces.push_back(Bytes::copy_from_slice(piece));
@@ -149,7 +159,7 @@ impl Printer {
     fn file(&mut self) -> io::Result<&mut File> {
         let mut state = self.shared.state();
         if state.client_left {
-            return Err(io::ErrorKind::BrokenPipe.into());
+            return Err(io::Error::other(ClientLeft));
         }
         let untaken = std::mem::take(&mut state.pieces);
         state.queued_bytes = 0;
@@ -262,6 +272,7 @@ mod tests {
         let nowhere = Path::new("there is no such folder");
         let (mut printer, body) = Flow::new(nowhere, QUEUE);
         let printing = tokio::task::spawn_blocking(move || {
+            printer.patience = Duration::from_mins(1);
             content().chunks(100_000).try_for_each(|text| printer.write_all(text)).unwrap();
             printer.end();
         });
@@ -273,9 +284,8 @@ mod tests {
     #[tokio::test]
     async fn a_client_that_reads_nothing_finds_the_rest_in_a_file() {
         let spool = TempDir::new().unwrap();
-        for patience in [Duration::ZERO, Duration::from_millis(5)] {
-            let (mut printer, body) = Flow::new(spool.path(), QUEUE);
-            printer.patience = patience;
+        for queue_bytes in [0, QUEUE] {
+            let (mut printer, body) = Flow::new(spool.path(), queue_bytes);
             printer.write_all(&content()).unwrap();
             assert!(printer.file.is_some());
             assert!(printer.shared.state().pieces.is_empty());
@@ -300,7 +310,7 @@ mod tests {
             printer.write_all(&vec![0; fill]).unwrap();
             drop(body);
             let fault = printer.write_all(&content()).unwrap_err();
-            assert_eq!(fault.kind(), io::ErrorKind::BrokenPipe);
+            assert!(ClientLeft::caused(&fault), "{fault}");
         }
     }
 }

@@ -13,8 +13,9 @@ use tokio::sync::{Semaphore, oneshot};
 
 use super::AppState;
 use super::file_body::FileBody;
-use super::flow::{Flow, Printer};
+use super::flow::{ClientLeft, Flow, Printer};
 use super::problem::Problem;
+use crate::jobs::KinematicsFault;
 use crate::jobs::memory::{self, Account, REQUEST_BYTES};
 use crate::process::Stop;
 use crate::side_by_side::{OneAfterAnother, SideBySide};
@@ -58,6 +59,42 @@ pub(super) struct Leaving<H> {
     pub(super) is_printing: bool,
 }
 
+/// Why an answer is not printed to its end.
+#[derive(Debug)]
+pub(super) enum Unprinted {
+    /// It is refused.
+    Refused(Problem),
+    /// It cannot be written.
+    Unwritten(io::Error),
+}
+
+impl From<Problem> for Unprinted {
+    fn from(problem: Problem) -> Self {
+        Self::Refused(problem)
+    }
+}
+
+impl From<KinematicsFault> for Unprinted {
+    fn from(fault: KinematicsFault) -> Self {
+        Self::Refused(fault.into())
+    }
+}
+
+impl From<io::Error> for Unprinted {
+    fn from(fault: io::Error) -> Self {
+        Self::Unwritten(fault)
+    }
+}
+
+impl From<Unprinted> for Problem {
+    fn from(fault: Unprinted) -> Self {
+        match fault {
+            Unprinted::Refused(problem) => problem,
+            Unprinted::Unwritten(fault) => fault.into(),
+        }
+    }
+}
+
 /// The answer is still being printed: its computation releases the memory that it holds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StillPrinting;
@@ -68,7 +105,7 @@ pub(super) struct StillPrinting;
 /// Those of `work`, or the answer is too long.
 pub(super) fn print_here<H>(
     app: &AppState,
-    work: impl FnOnce(&dyn SideBySide, &Stop<'_>, &mut Printed<H>) -> Result<(), Problem>,
+    work: impl FnOnce(&dyn SideBySide, &Stop<'_>, &mut Printed<H>) -> Result<(), Unprinted>,
 ) -> Result<Leaving<H>, Problem> {
     let mut printed = Printed::new(app, None);
     work(&OneAfterAnother, &|| std::ops::ControlFlow::Continue(()), &mut printed)?;
@@ -81,7 +118,7 @@ pub(super) fn print_here<H>(
 /// Those of `work` before the answer leaves; no place to compute is free; the answer is too long.
 pub(super) async fn print_computed<H: Send + 'static>(
     app: &AppState,
-    work: impl FnOnce(&dyn SideBySide, &Stop<'_>, &mut Printed<H>) -> Result<(), Problem> + Send + 'static,
+    work: impl FnOnce(&dyn SideBySide, &Stop<'_>, &mut Printed<H>) -> Result<(), Unprinted> + Send + 'static,
 ) -> Result<Leaving<H>, Problem> {
     let (begin, begun) = oneshot::channel();
     let (mut printed, compute) = (Printed::new(app, Some(begin)), app.compute.clone());
@@ -99,7 +136,10 @@ pub(super) async fn print_computed<H: Send + 'static>(
             let body = Body::new(Held { body: Body::new(flow), _held: computing });
             Ok(Leaving { head, body, length: None, is_printing: true })
         }
-        whole = &mut computing => whole?,
+        whole = &mut computing => {
+            // An answer that has left comes by the other arm.
+            whole??.ok_or_else(|| Problem::internal(&"an answer has left without its body"))
+        }
     }
 }
 
@@ -132,15 +172,12 @@ impl<H> Printed<H> {
     fn flow(&mut self) -> io::Result<()> {
         let paid = || self.account.as_ref().is_none_or(|account| account.keep(QUEUE as u64).is_ok());
         let queue_bytes = if self.begin.is_some() && paid() { QUEUE } else { 0 };
-        let (mut printer, flow) = Flow::new(&self.spool, queue_bytes);
+        let (printer, flow) = Flow::new(&self.spool, queue_bytes);
         match (self.begin.take(), self.head.take()) {
             (Some(begin), Some(head)) => {
-                begin.send((head, flow)).map_err(|_left| io::ErrorKind::BrokenPipe)?;
+                begin.send((head, flow)).map_err(|_left| io::Error::other(ClientLeft))?;
             }
-            (_, head) => {
-                printer.never_wait();
-                (self.head, self.kept) = (head, Some(flow));
-            }
+            (_, head) => (self.head, self.kept) = (head, Some(flow)),
         }
         self.printer.insert(printer).write_all(&std::mem::take(&mut self.text))
     }
@@ -158,24 +195,26 @@ impl<H> Printed<H> {
         Ok(Leaving { head, body, length: Some(self.length), is_printing: false })
     }
 
-    /// Ends the answer after its work is `done`. If it has left already, nobody waits for what this returns.
-    fn end(mut self, done: Result<(), Problem>) -> Result<Leaving<H>, Problem> {
+    /// Ends the answer after its work is `done`. `None` if it has left already.
+    fn end(mut self, done: Result<(), Unprinted>) -> Result<Option<Leaving<H>>, Problem> {
         let has_left = self.printer.is_some() && self.kept.is_none();
         if !has_left {
-            return done.and_then(|()| self.whole());
+            done?;
+            return self.whole().map(Some);
         }
-        let left = match (done, self.printer.take()) {
+        let left_bytes = match (done, self.printer.take()) {
             (Ok(()), Some(printer)) => printer.end(),
-            (Err(problem), _) => {
-                tracing::warn!(?problem, "an answer broke off");
+            (Err(Unprinted::Unwritten(fault)), _) if ClientLeft::caused(&fault) => 0,
+            (Err(fault), _) => {
+                tracing::error!(?fault, "an answer broke off");
                 0
             }
             (Ok(()), None) => 0,
         };
         if let Some(account) = &self.account {
-            account.keep_only(REQUEST_BYTES + left as u64);
+            account.keep_only(REQUEST_BYTES + left_bytes as u64);
         }
-        Err(Problem::internal(&"the answer has left already"))
+        Ok(None)
     }
 }
 

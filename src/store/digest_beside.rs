@@ -35,7 +35,7 @@ impl DigestBeside {
                 digest.update(&piece);
                 piece.clear();
                 // After its last piece, the caller takes none back.
-                let _ = done.send(piece);
+                let _taken = done.send(piece);
             }
             digest
         })?;

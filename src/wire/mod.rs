@@ -103,7 +103,7 @@ pub use one_pass_answer::{
     NotModelledDoc,
 };
 pub use path_segment::path_segment;
-pub use pieces::write_in_pieces;
+pub use pieces::{LONGEST_NUMBER, write_in_pieces};
 pub use pose_columns::PoseColumns;
 pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};

@@ -10,6 +10,9 @@ const PIECE_ROWS: usize = 2048;
 /// Bytes of a printed row, as a rule.
 const ROW_BYTES: usize = 160;
 
+/// Longest text of a number as JSON, `-1.7976931348623157e308` \[bytes\].
+pub const LONGEST_NUMBER: usize = 24;
+
 /// Appends the numbers that there are, each after its prefix. They are written as JSON: the same bytes as serde writes.
 ///
 /// All digits are printed before any are copied. Otherwise each copy would wait for the digits that were stored just
@@ -95,6 +98,15 @@ mod tests {
         for row in rows {
             push_numbers(text, [("", Some(row as f64))]);
             text.push(b'\n');
+        }
+    }
+
+    #[test]
+    fn no_number_is_longer_than_the_longest() {
+        for number in [f64::MIN, -f64::MIN_POSITIVE, -1.234_567_890_123_456_7e-7, -5e-324, 0.1 + 0.2, 1e16] {
+            let mut text = Vec::new();
+            push_numbers(&mut text, [("", Some(number))]);
+            assert!(text.len() <= LONGEST_NUMBER, "{number}");
         }
     }
 

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use serde::{Serialize, Serializer};
 use utoipa::ToSchema;
 
-use super::pieces::write_in_pieces;
+use super::pieces::{LONGEST_NUMBER, write_in_pieces};
 use super::{JointColumns, JointWords, PoseWarning};
 use crate::kinematics::Path;
 use crate::machine::{Machine, RotaryAxis};
@@ -154,9 +154,9 @@ impl SolvedPoses {
     /// The largest length of the document as JSON \[bytes\].
     #[must_use]
     pub fn most_json_bytes(&self) -> u64 {
-        const NUMBER: usize = 24;
-        const WORDS: usize = r#"{"X":,"Y":,"Z":,"A":,"B":,"C":,"conditioning":},"#.len() + 7 * NUMBER;
-        const WARNING: usize = r#"{"pose":,"kind":"reach_limit","axis_residual_urad":},"#.len() + 2 * NUMBER;
+        const WORDS: usize = r#"{"X":,"Y":,"Z":,"A":,"B":,"C":,"conditioning":},"#.len() + 7 * LONGEST_NUMBER;
+        const WARNING: usize =
+            r#"{"pose":,"kind":"reach_limit","axis_residual_urad":},"#.len() + 2 * LONGEST_NUMBER;
         const POSE: usize = "[],".len();
         const AROUND: usize = 100;
         let words = self.joints.as_ref().map_or(0, PathWords::len);

@@ -1,5 +1,7 @@
 //! Health, metrics, documentation, start and stop.
 
+use std::io::Read;
+
 use serde_json::Value;
 
 use crate::support::{pointers, problem, spawn, spawn_in, spawn_with};
@@ -51,6 +53,26 @@ async fn the_documentation_needs_nothing_from_elsewhere() {
     assert!(script.contains("\"validatorUrl\": \"none\""), "{script}");
     assert!(script.contains("/openapi.json"), "{script}");
     assert_eq!(checked, 4);
+}
+
+#[tokio::test]
+async fn the_description_and_its_pages_are_the_same_compressed_and_not() {
+    let app = spawn().await;
+    for path in ["/openapi.json", "/docs/swagger-ui.css", "/docs/favicon-32x32.png"] {
+        let plain = app.get(path).await;
+        assert!(!plain.headers().contains_key("content-encoding"), "{path}");
+        let plain = plain.bytes().await.unwrap();
+        let compressed =
+            app.client.get(app.url(path)).header("accept-encoding", "gzip").send().await.unwrap();
+        assert_eq!(compressed.headers()["content-encoding"], "gzip", "{path}");
+        assert_eq!(compressed.headers()["vary"], "accept-encoding", "{path}");
+        let compressed = compressed.bytes().await.unwrap();
+        let mut text = Vec::new();
+        flate2::read::GzDecoder::new(&*compressed).read_to_end(&mut text).unwrap();
+        assert!(text == plain, "{path}");
+    }
+    let committed = include_str!("../../openapi/trunnion.json");
+    assert!(app.get("/openapi.json").await.text().await.unwrap() == committed);
 }
 
 #[tokio::test]

@@ -189,12 +189,11 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// median has.
     fn turns_to_middle(&self, path: &Relaxed, k: usize, [low, high]: [f64; 2]) -> f64 {
         let half = path.way.len() / 2;
-        let (mut most, fewest) = (turns_to_zero(low), turns_to_zero(high));
-        while most > fewest && self.count(path, k, |word| needs_turns(word, most)) <= half {
-            most -= 1.0;
-        }
-        if most.abs() > 0.5 {
-            return most;
+        let median = largest(turns_to_zero(high), turns_to_zero(low), |turns| {
+            self.count(path, k, |word| needs_turns(word, turns)) > half
+        });
+        if median.abs() > 0.5 {
+            return median;
         }
         if half < self.count(path, k, f64::is_sign_negative) { 0.0 } else { -0.0 }
     }
@@ -214,8 +213,22 @@ fn turns_to_zero(word_deg: f64) -> f64 {
     (-word_deg / 360.0).round()
 }
 
-/// Whether a word needs at least so many turns. The same as a comparison with [`turns_to_zero`], which rounds halves
-/// away from zero, but without a call for each word.
+/// The largest whole number from `low` to `high` that fulfils a condition. `low` fulfils it, and so does every number
+/// below one that does. The interval is halved each time: a path may wind over thousands of turns, and each look at the
+/// condition goes along the whole path.
+fn largest(mut low: f64, mut high: f64, mut fulfils: impl FnMut(f64) -> bool) -> f64 {
+    while low < high {
+        let middle = low + (0.5 * (high - low)).ceil();
+        if fulfils(middle) {
+            low = middle;
+        } else {
+            high = middle - 1.0;
+        }
+    }
+    low
+}
+
+/// Whether [`turns_to_zero`] of the word is `turns` or more. It needs no rounding, which would be a call for each word.
 fn needs_turns(word_deg: f64, turns: f64) -> bool {
     let (exact, least) = (-word_deg / 360.0, turns - 0.5);
     if turns > 0.0 { exact >= least } else { exact > least }
@@ -237,6 +250,22 @@ fn extremes(words_deg: &[f64]) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_largest_number_is_found_in_few_looks() {
+        for high in -5..40 {
+            for end in -5..=high {
+                let (low, high, end) = (-5.0, f64::from(high), f64::from(end));
+                let mut looks = 0;
+                let found = largest(low, high, |number| {
+                    looks += 1;
+                    number <= end
+                });
+                assert!((found - end).abs() < 0.5, "{found} of {end}");
+                assert!(f64::from(looks) <= (high - low + 1.0).log2().ceil(), "{looks} looks up to {high}");
+            }
+        }
+    }
 
     #[test]
     fn a_comparison_needs_no_rounding() {

@@ -18,7 +18,8 @@ use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
 use crate::jobs::{KinematicsFault, forward};
 use crate::wire::{
-    ForwardRequest, JointRows, JointWords, KinematicsOptions, NoParameters, Pose, read_query, write_in_pieces,
+    ForwardRequest, JointRows, JointWords, KinematicsOptions, LONGEST_NUMBER, NoParameters, Pose, read_query,
+    write_in_pieces,
 };
 
 refusals!(
@@ -118,7 +119,7 @@ pub(super) async fn solve_forward_kinematics(
 
 /// The largest length of a document with this many poses.
 fn most_json_bytes(poses: usize) -> u64 {
-    const POSE: u64 = r#"{"x":,"y":,"z":,"i":,"j":,"k":},"#.len() as u64 + 6 * table::NUMBER as u64;
+    const POSE: u64 = r#"{"x":,"y":,"z":,"i":,"j":,"k":},"#.len() as u64 + 6 * LONGEST_NUMBER as u64;
     const AROUND: u64 = 100;
     (poses as u64).saturating_mul(POSE).saturating_add(AROUND)
 }

@@ -11,7 +11,7 @@ use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Path, read_document};
 use crate::http::negotiate::choose;
-use crate::http::printed::{Printed, print_computed, print_here};
+use crate::http::printed::{Printed, Unprinted, print_computed, print_here};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
@@ -100,7 +100,7 @@ fn rows(
     limit: u64,
     threads: &dyn SideBySide,
     printed: &mut Printed<usize>,
-) -> Result<(), Problem> {
+) -> Result<(), Unprinted> {
     let columns = JointColumns::new(machine, matches!(solutions, Solutions::All { .. }));
     let mut header = Vec::new();
     columns.write_header(&mut header);

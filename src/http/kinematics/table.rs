@@ -12,7 +12,7 @@ use crate::http::extract::is_json;
 use crate::http::printed::{Leaving, StillPrinting};
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::memory;
-use crate::wire::RowFault;
+use crate::wire::{LONGEST_NUMBER, RowFault};
 
 /// Media types of an answer.
 pub(super) const ANSWERS: &[&str] = &["application/json", CSV];
@@ -78,10 +78,8 @@ pub(super) async fn feed(
 /// Memory for rows is reserved in steps of this size \[bytes\].
 const PAID_AT_ONCE: usize = 64 << 10;
 
-/// Longest number in an answer \[bytes\].
-pub(super) const NUMBER: usize = 24;
 /// Longest cell: a number, with the comma after it \[bytes\].
-const CELL: usize = NUMBER + 1;
+const CELL: usize = LONGEST_NUMBER + 1;
 
 /// Refuses an answer that is longer than the limit.
 pub(super) fn within(limit: u64, length: u64) -> Result<(), Problem> {
