@@ -112,11 +112,34 @@ impl Flow {
 }
 
 impl Printer {
-    /// The answer is complete. Returns how much of it is still in memory \[bytes\].
+    /// The answer is complete. Returns how much of it is still in memory \[bytes\]: something only if the disk fails.
     pub(super) fn end(mut self) -> usize {
+        if self.file.is_none()
+            && !self.waits_while(|state| !state.pieces.is_empty())
+            && let Err(fault) = self.file()
+            && !ClientLeft::caused(&fault)
+        {
+            tracing::warn!(error = %fault, "an answer cannot be written to a file and stays in memory");
+            self.file = None;
+        }
         let rest = self.file.take().map_or(Rest::Nothing, Rest::File);
         self.is_followed_by(rest);
         self.shared.state().queued_bytes
+    }
+
+    /// Waits while the queue is in this state. False if the patience ends before; a client that has left ends it.
+    fn waits_while(&mut self, is_so: impl Fn(&State) -> bool) -> bool {
+        let mut state = self.shared.state();
+        while !state.client_left && is_so(&state) {
+            if self.queue_bytes == 0 || self.patience.is_zero() {
+                return false;
+            }
+            let began = Instant::now();
+            let waited = self.shared.taken.wait_timeout(state, self.patience);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+            self.patience = self.patience.saturating_sub(began.elapsed());
+        }
+        true
     }
 
     fn is_followed_by(&self, rest: Rest) {
@@ -131,16 +154,11 @@ impl Printer {
 
     /// Puts a piece into the queue. False if there is no room for it within the patience that is left.
     fn offer(&mut self, piece: &[u8]) -> io::Result<bool> {
-        let mut state = self.shared.state();
-        while !state.client_left && state.queued_bytes + piece.len() > self.queue_bytes {
-            if self.queue_bytes == 0 || self.patience.is_zero() {
-                return Ok(false);
-            }
-            let began = Instant::now();
-            let waited = self.shared.taken.wait_timeout(state, self.patience);
-            state = waited.unwrap_or_else(PoisonError::into_inner).0;
-            self.patience = self.patience.saturating_sub(began.elapsed());
+        let most_bytes = self.queue_bytes;
+        if !self.waits_while(|state| state.queued_bytes + piece.len() > most_bytes) {
+            return Ok(false);
         }
+        let mut state = self.shared.state();
         if state.client_left {
             return Err(io::Error::other(ClientLeft));
         }
@@ -155,8 +173,13 @@ impl Printer {
         Ok(true)
     }
 
-    /// The file. When it is made, the pieces that the client has not taken move into it: they hold no memory then.
+    /// The file. When it is made, the pieces that the client has not taken move into it: they hold no memory then. If
+    /// they cannot be written, they stay where they were.
     fn file(&mut self) -> io::Result<&mut File> {
+        let file = match &mut self.file {
+            Some(file) => file,
+            none => none.insert(tempfile::tempfile_in(&self.spool)?),
+        };
         let mut state = self.shared.state();
         if state.client_left {
             return Err(io::Error::other(ClientLeft));
@@ -164,11 +187,12 @@ impl Printer {
         let untaken = std::mem::take(&mut state.pieces);
         state.queued_bytes = 0;
         drop(state);
-        let file = match &mut self.file {
-            Some(file) => file,
-            none => none.insert(tempfile::tempfile_in(&self.spool)?),
-        };
-        untaken.iter().try_for_each(|piece| file.write_all(piece))?;
+        if let Err(fault) = untaken.iter().try_for_each(|piece| file.write_all(piece)) {
+            let mut state = self.shared.state();
+            state.queued_bytes = untaken.iter().map(Bytes::len).sum();
+            state.pieces = untaken;
+            return Err(fault);
+        }
         Ok(file)
     }
 }
@@ -291,6 +315,18 @@ mod tests {
             assert!(printer.shared.state().pieces.is_empty());
             assert_eq!(printer.end(), 0);
             assert!(body.collect().await.unwrap().to_bytes() == content());
+        }
+    }
+
+    #[tokio::test]
+    async fn what_a_client_has_not_taken_at_the_end_is_in_a_file_or_stays_whole() {
+        let spool = TempDir::new().unwrap();
+        let nowhere = spool.path().join("there is no such folder");
+        for (folder, left) in [(spool.path(), 0), (nowhere.as_path(), 3 * PIECE)] {
+            let (mut printer, body) = Flow::new(folder, QUEUE);
+            printer.write_all(&content()[..3 * PIECE]).unwrap();
+            assert_eq!(printer.end(), left);
+            assert!(body.collect().await.unwrap().to_bytes() == content()[..3 * PIECE]);
         }
     }
 
