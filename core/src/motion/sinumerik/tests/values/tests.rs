@@ -1,6 +1,6 @@
 //! Values of Sinumerik words: numbers, expressions, functions and variables. Every number was computed by hand.
 
-use super::{EXACT_MM, assert_ends, linear, read, run};
+use super::super::{EXACT_MM, assert_ends, linear, read, run};
 use crate::motion::Unfollowable;
 use crate::program::{Address, WordForm};
 

@@ -1,6 +1,8 @@
 //! Small Sinumerik programs: motions, frames, tools and what is refused. Every number was computed by hand.
 
-mod values;
+mod values {
+    mod tests;
+}
 
 use crate::machine::{Machine, Preset};
 use crate::motion::{
