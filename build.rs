@@ -11,7 +11,7 @@ use flate2::write::GzEncoder;
 use utoipa_swagger_ui_vendored::SWAGGER_UI_VENDORED;
 use zip::ZipArchive;
 
-/// The description, which `tests/openapi.rs` compares with the routes.
+/// The description, which `src/http/openapi/tests.rs` compares with the routes.
 const DESCRIPTION: &str = "openapi/trunnion.json";
 /// The files that the pages load. The archive has as many again, for other uses.
 const PAGES: [&str; 6] = [

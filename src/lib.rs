@@ -12,6 +12,8 @@ pub use trunnion_core::{
     surface, units, wear,
 };
 
+mod description;
+
 pub mod wire;
 
 pub mod config;

@@ -6,6 +6,9 @@ pub use trunnion_core::{
 };
 
 // Without the web framework and the database beside it: these would be instrumented too.
+#[path = "../../src/description.rs"]
+#[allow(unused_imports)]
+mod description;
 #[path = "../../src/wire/mod.rs"]
 #[allow(dead_code, unused_imports)]
 pub mod wire;

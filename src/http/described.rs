@@ -4,8 +4,8 @@
 //! makes none, and the binary has none of the code that does.
 
 use axum::Router;
-use axum::routing::MethodRouter;
-use utoipa::openapi::HttpMethod;
+use axum::routing::{MethodFilter, MethodRouter};
+use http::Method;
 
 use super::AppState;
 
@@ -17,28 +17,21 @@ pub(super) struct Routes {
 }
 
 /// The HTTP method, the pattern of the path, and the id of the operation, which is its handler's name.
-type Names = (&'static str, String, &'static str);
+type Names = (&'static str, &'static str, &'static str);
+
+/// The HTTP method and the pattern of the path of a handler's route.
+pub(super) type Route = (&'static str, &'static str);
 
 impl Routes {
     /// Adds the route of a handler. [`resource`] knows its names.
-    pub(super) fn add(
-        mut self,
-        method: &HttpMethod,
-        path: String,
-        id: &'static str,
-        handler: MethodRouter<AppState>,
-    ) -> Self {
-        let method = match method {
-            HttpMethod::Get => "GET",
-            HttpMethod::Post => "POST",
-            HttpMethod::Put => "PUT",
-            HttpMethod::Delete => "DELETE",
-            HttpMethod::Options => "OPTIONS",
-            HttpMethod::Head => "HEAD",
-            HttpMethod::Patch => "PATCH",
-            HttpMethod::Trace => "TRACE",
-        };
-        self.router = self.router.route(&path, handler);
+    pub(super) fn add<S>(mut self, (method, path): Route, id: &'static str, handler: S) -> Self
+    where
+        S: FnOnce(MethodFilter) -> MethodRouter<AppState>,
+    {
+        // Every method that a handler can have is one of the router's.
+        let filter = Method::from_bytes(method.as_bytes()).ok().and_then(|method| method.try_into().ok());
+        let handler = handler(filter.unwrap_or(MethodFilter::GET));
+        self.router = self.router.route(path, handler);
         self.names.push((method, path, id));
         self
     }
@@ -50,8 +43,8 @@ impl Routes {
     }
 
     /// Every operation: method, pattern of the path, id.
-    pub(super) fn operations(&self) -> impl Iterator<Item = (&'static str, &str, &str)> {
-        self.names.iter().map(|(method, path, id)| (*method, path.as_str(), *id))
+    pub(super) fn operations(&self) -> impl Iterator<Item = Names> {
+        self.names.iter().copied()
     }
 
     /// The routes alone.
@@ -67,19 +60,17 @@ macro_rules! resource {
         /// The routes of this resource.
         pub(super) fn routes() -> $crate::http::described::Routes {
             let routes = $crate::http::described::Routes::default();
-            $(let routes = pastey::paste! {{
-                let methods = <$module::[<__path_ $handler>] as utoipa::Path>::methods();
-                // Every handler has one method.
-                let method = methods.into_iter().next().unwrap_or(utoipa::openapi::HttpMethod::Get);
-                let filter = utoipa_axum::PathItemExt::to_method_filter(&method);
-                let path = <$module::[<__path_ $handler>] as utoipa::Path>::path();
-                routes.add(&method, path, stringify!($handler), axum::routing::on(filter, $module::$handler))
-            }};)+
+            $(let routes = pastey::paste! {
+                routes.add($module::[<ROUTE_OF_ $handler:upper>], stringify!($handler), |method| {
+                    axum::routing::on(method, $module::$handler)
+                })
+            };)+
             $($(let routes = routes.merge($nested::routes());)+)?
             routes
         }
 
         /// Adds the descriptions of these routes.
+        #[cfg(test)]
         pub(super) fn describe(
             described: utoipa_axum::router::OpenApiRouter<$crate::http::AppState>,
         ) -> utoipa_axum::router::OpenApiRouter<$crate::http::AppState> {

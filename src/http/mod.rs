@@ -34,6 +34,7 @@ mod machines;
 mod negotiate;
 mod note_refusal;
 pub mod observation;
+#[cfg(test)]
 mod openapi;
 mod pages;
 mod paging;
@@ -60,5 +61,4 @@ mod webhooks;
 
 pub use docs::description_text;
 pub use router::{behind_the_edge, router};
-pub use routes::{document, operations};
 pub use state::AppState;

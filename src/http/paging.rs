@@ -1,9 +1,9 @@
 //! Pages of lists.
 
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
 
 use super::problem::{Problem, ProblemType};
+use crate::description::{IntoParams, ToSchema};
 use crate::store::{Cursor, Page};
 use crate::wire::{Fault, FaultList};
 

@@ -4,9 +4,9 @@ use axum::response::{IntoResponse, Response};
 use http::header::{CONTENT_TYPE, RETRY_AFTER};
 use http::{HeaderValue, StatusCode};
 use serde::Serialize;
-use utoipa::ToSchema;
 
 pub use super::problem_type::ProblemType;
+use crate::description::ToSchema;
 use crate::jobs::memory::MemoryFault;
 use crate::jobs::{
     CompensatorFault, ComputeFault, JobFault, KinematicsFault, PartSurfaceFault, RefusalClass,

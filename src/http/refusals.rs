@@ -1,16 +1,24 @@
-//! The refusals of an operation, as responses of its description.
+//! The refusals of an operation, as responses of its description. Only tests make the description.
 
+#[cfg(test)]
 use std::collections::BTreeMap;
 
+#[cfg(test)]
 use http::StatusCode;
+#[cfg(test)]
 use utoipa::openapi::header::HeaderBuilder;
+#[cfg(test)]
 use utoipa::openapi::response::ResponseBuilder;
+#[cfg(test)]
 use utoipa::openapi::schema::Type;
+#[cfg(test)]
 use utoipa::openapi::{ContentBuilder, ObjectBuilder, Ref, RefOr, Response};
 
+#[cfg(test)]
 use super::problem::{PROBLEM_JSON, ProblemType};
 
 /// Responses by status; several kinds with one status share a response that names them all.
+#[cfg(test)]
 pub(super) fn responses(kinds: &[ProblemType]) -> BTreeMap<String, RefOr<Response>> {
     let mut by_status: BTreeMap<String, Vec<ProblemType>> = BTreeMap::new();
     for kind in kinds {
@@ -19,6 +27,7 @@ pub(super) fn responses(kinds: &[ProblemType]) -> BTreeMap<String, RefOr<Respons
     by_status.into_iter().map(|(status, kinds)| (status, response(&kinds).into())).collect()
 }
 
+#[cfg(test)]
 fn response(kinds: &[ProblemType]) -> Response {
     let titles: Vec<_> = kinds.iter().map(|kind| format!("{} (`{}`)", kind.title(), kind.code())).collect();
     let example = kinds.first().map(|kind| {
@@ -44,8 +53,10 @@ fn response(kinds: &[ProblemType]) -> Response {
 macro_rules! refusals {
     ($name:ident: $($kind:ident),+ $(,)?) => {
         /// The refusals of the operation.
+        #[cfg(test)]
         struct $name;
 
+        #[cfg(test)]
         impl utoipa::IntoResponses for $name {
             fn responses() -> std::collections::BTreeMap<
                 String,

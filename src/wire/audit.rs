@@ -1,7 +1,8 @@
 //! The audit log as clients read it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+
+use crate::description::ToSchema;
 
 /// Declares the actions with their words.
 macro_rules! actions {

@@ -1,9 +1,9 @@
 //! A calibration run as it is posted.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::Fixed;
+use crate::description::ToSchema;
 
 /// How the machine was measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

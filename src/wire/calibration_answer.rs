@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::calibration::CalibrationKind;
 use super::calibration_words::{blind_words, further_words, warning_words};
@@ -13,6 +12,7 @@ use crate::calibration::{
     AbsoluteError, Blind, COMPONENT_NAMES, Eccentricities, ErrorParameter, FurtherRun, Identified,
     RunWarning, Unknown, iso_230_symbol, placing_parameters, told_per_unit,
 };
+use crate::description::ToSchema;
 use crate::machine::Machine;
 use crate::units::UM_PER_MM;
 

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::calibration_answer::component_name;
 use super::{CalibrationDocument, Estimate, Estimates, Fault, LocationErrorDoc, MachineProfile};
+use crate::description::ToSchema;
 
 /// One run of a trend.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]

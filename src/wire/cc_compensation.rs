@@ -1,7 +1,6 @@
 //! Parameters and report of the compensation of the CC path.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::statements::program_parameters;
 use super::{
@@ -9,6 +8,7 @@ use super::{
     ResolvedInputs, SingularRegions, SingularityAction, SingularityFindings, StampForm, SurfaceReading,
     Warning,
 };
+use crate::description::ToSchema;
 use crate::machine::{Tool, ToolFault};
 use crate::process;
 use crate::units::Length;

@@ -1,9 +1,9 @@
 //! The drive constants of an axis, as the servo simulation takes them; coherent SI.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Fault, FaultList};
+use crate::description::ToSchema;
 use crate::servo;
 use crate::servo::{AxisLetter, DriveFault, DriveSet};
 

@@ -1,7 +1,8 @@
 //! One bad value in a request, and its location.
 
 use serde::Serialize;
-use utoipa::ToSchema;
+
+use crate::description::ToSchema;
 
 /// One bad value and its location.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]

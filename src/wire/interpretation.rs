@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use serde::{Deserialize, Serialize, Serializer};
-use utoipa::ToSchema;
 
 use super::statements::program_parameters;
 use super::{Dialect, ResolvedInputs, Warning};
+use crate::description::ToSchema;
 use crate::machine::Machine;
 use crate::motion::{ToolKey, WorkOffset};
 use crate::process::{InterpretedKind, InterpretedMotion};

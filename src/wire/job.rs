@@ -1,9 +1,9 @@
 //! A job as clients see it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{CallbackUrl, Fault, FaultList};
+use crate::description::ToSchema;
 
 /// The computation of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]

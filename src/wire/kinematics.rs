@@ -2,10 +2,10 @@
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
-use utoipa::{IntoParams, ToSchema};
 
 use super::pieces::push_numbers;
 use super::{Fault, FaultList, Fixed, PoseColumns, Unreadable, read_json};
+use crate::description::{IntoParams, ToSchema};
 use crate::geometry::Vec3;
 use crate::kinematics::{Joints, Setup, ToolPose};
 use crate::machine::{Machine, RotaryAxis, RotaryLetter};

@@ -1,9 +1,9 @@
 //! The machine profile as clients and the disk have it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Drives, Fault, FaultList, Fixed, PlaneSolution, ProgramUnit, WorkOffsets};
+use crate::description::ToSchema;
 use crate::geometry::Vec3;
 use crate::machine::{
     AxisField, LocationError, Machine, MachineFault, MachineParts, Motion, ProfileField, RotaryAxis,

@@ -2,9 +2,9 @@
 //! property.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{CcParameters, Fault, FaultList, MachineProfile};
+use crate::description::ToSchema;
 use crate::units::LengthUnit;
 
 /// Unit of the lengths in a program.

@@ -1,9 +1,9 @@
 //! The nominal surface of a part, if a formula gives it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Fault, FaultList, Fixed, SurfaceKind};
+use crate::description::ToSchema;
 use crate::geometry::{RigidMotion, Vec3, rotation_from_vector};
 use crate::surface::{
     Blade, BladeSizes, Bulge, Cylinder, ParametricSurface, Placed, Plane, Saddle, Sphere, SurfaceFault,

@@ -1,14 +1,18 @@
 //! Arrays of an exact length, so that one element too many is a wrong value and not broken JSON.
 
+#[cfg(test)]
 use std::borrow::Cow;
 use std::fmt;
 
 use serde::de::{Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+#[cfg(test)]
+use utoipa::PartialSchema;
+#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
+#[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
-use utoipa::{PartialSchema, ToSchema};
 
 /// Exactly `N` numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +62,7 @@ impl<'de, const N: usize> Deserialize<'de> for Fixed<N> {
     }
 }
 
+#[cfg(test)]
 impl<const N: usize> PartialSchema for Fixed<N> {
     fn schema() -> RefOr<Schema> {
         ArrayBuilder::new()
@@ -68,6 +73,7 @@ impl<const N: usize> PartialSchema for Fixed<N> {
     }
 }
 
+#[cfg(test)]
 impl<const N: usize> ToSchema for Fixed<N> {
     fn name() -> Cow<'static, str> {
         Cow::Owned(format!("Numbers{N}"))

@@ -1,7 +1,6 @@
 //! Parameters of a compensation in one pass.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::cc_compensation::check_max_feed;
 use super::statements::program_parameters;
@@ -10,6 +9,7 @@ use super::{
     SingularityAction, StampForm, SurfaceReading, ToolDoc, WearFrom, WearParameters, WearSource,
     WearTableDoc,
 };
+use crate::description::ToSchema;
 
 /// The step for a worn cutter; its members mean the same as in a wear compensation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]

@@ -3,12 +3,12 @@
 use std::io::Write;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{
     CcFindings, Dialect, Interpolation, Provenance, ResolvedInputs, SingularityFindings, Warning,
     WearFindings,
 };
+use crate::description::ToSchema;
 use crate::motion::MotionKind;
 use crate::process;
 use crate::units::{Angle, Length};

@@ -1,12 +1,12 @@
 //! Posting of cutter location data to a machine: parameters and report.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{
     Dialect, Fault, FaultList, Fixed, Interpolation, LocationErrors, ProgramUnit, Provenance, ResolvedInputs,
     RotaryWords, Statements, Warning,
 };
+use crate::description::ToSchema;
 use crate::machine::Machine;
 use crate::process::{PostForm, PostParameters, PostReport, ProgramSetup};
 use crate::program;

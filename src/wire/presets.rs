@@ -1,9 +1,9 @@
 //! Starting points for a profile.
 
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::{Drive, Drives, MachineProfile, ProgramUnit};
+use crate::description::ToSchema;
 use crate::machine::{EXAMPLE_ID, PRESETS, Preset as Layout};
 use crate::servo::{AxisLetter, DRIVE_PRESETS, DrivePreset};
 

@@ -1,8 +1,8 @@
 //! Words that the parameters and reports of all operations on programs share.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
+use crate::description::ToSchema;
 use crate::{motion, process, program};
 
 /// Where the cutter contact comes from.

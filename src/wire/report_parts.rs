@@ -1,9 +1,9 @@
 //! Parts that the reports of all operations on programs share.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::StepName;
+use crate::description::ToSchema;
 use crate::process;
 use crate::units::{Length, UM_PER_MM};
 

@@ -1,9 +1,9 @@
 //! The inputs of a result beside its parameters: unit, work offsets, tools and wear, and who stated them.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Fault, Fixed, MachineStatements, ProgramUnit, Statements};
+use crate::description::ToSchema;
 use crate::motion::{ToolKey, WorkOffset};
 use crate::process::{OffsetUse, ProgramReading, ToolUse};
 

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::servo_path::CorePath;
 use super::{Drives, Fault, FaultList, Fixed, KinematicsOptions, LocationErrors, ServoPathDoc};
+use crate::description::ToSchema;
 use crate::kinematics::Setup;
 use crate::machine::Machine;
 use crate::servo::{AxisLetter, DriveSet, FeedProfile, MatchingOptions, Run};

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
+use crate::description::ToSchema;
 use crate::servo::{
     AxisLetter, ContourErrorSummary, DriveSet, FeedLimit, FollowingErrorSummary, MatchedGains, Matching,
     ServoFault, Simulation, Stability, TracePoint,

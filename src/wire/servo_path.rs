@@ -3,9 +3,9 @@
 mod members;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, StartWords, WorkOffsets};
+use crate::description::ToSchema;
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::machine::{Machine, RotaryLetter};

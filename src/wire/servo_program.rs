@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::servo::{check_period, scale_gains};
 use super::statements::program_parameters;
@@ -11,6 +10,7 @@ use super::{
     AxisResult, AxisResults, ContourErrorDoc, Dialect, Drives, Fault, FaultList, FeedProfileDoc, GainScales,
     LocationErrors, Plane, ResolvedInputs, ServoPathDoc, ServoSamples, SimulationRequest,
 };
+use crate::description::ToSchema;
 use crate::process::{LeftOut, ProgramSetup, ProgramSimulation, SimulationParameters};
 use crate::servo::DriveSet;
 

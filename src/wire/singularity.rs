@@ -1,9 +1,9 @@
 //! Treatment of singular regions, and the regions that were found.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{FaultList, Warning};
+use crate::description::ToSchema;
 use crate::kinematics::SingularityKind;
 use crate::process::{
     self, RegionTreatment, SingularityAction as CoreAction, SingularityParameters as CoreParameters,

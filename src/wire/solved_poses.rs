@@ -4,10 +4,10 @@
 use std::io::{self, Write};
 
 use serde::{Serialize, Serializer};
-use utoipa::ToSchema;
 
 use super::pieces::{LONGEST_NUMBER, write_in_pieces};
 use super::{JointColumns, JointWords, PoseWarning};
+use crate::description::ToSchema;
 use crate::kinematics::Path;
 use crate::machine::{Machine, RotaryAxis};
 use crate::side_by_side::SideBySide;

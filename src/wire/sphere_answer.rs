@@ -1,12 +1,12 @@
 //! The results of probed spheres.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::calibration_answer::CalibrationHead;
 use super::{CalibrationDocument, CalibrationRequest, CovarianceDoc, Estimate, Fixed};
 use crate::calibration::rotary_sphere::{AxisFit, SphereIdentified};
 use crate::calibration::{Unknown, told_per_unit};
+use crate::description::ToSchema;
 use crate::machine::Machine;
 use crate::units::UM_PER_MM;
 

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{CcParameters, Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, WorkOffsets};
+use crate::description::ToSchema;
 use crate::machine::Machine;
 use crate::motion::{self, WorkOffset};
 use crate::process::{ProgramSetup, StartPosition, ToolTable, Tools};

@@ -1,10 +1,10 @@
 //! The properties of an uploaded surface file.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Contact, Fault, FaultList, Fixed};
 use crate::contact::PartSurface;
+use crate::description::ToSchema;
 use crate::surface::{MeshReport, MeshSettings};
 use crate::units::Length;
 

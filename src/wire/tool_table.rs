@@ -1,10 +1,10 @@
 //! A tool of a machine's tool table as clients and the disk have it.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::printable::is_printable;
 use super::{CcParameters, Fault, FaultList};
+use crate::description::ToSchema;
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
 

@@ -1,13 +1,13 @@
 //! Virtual cutting of a part: parameters and report.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::statements::program_parameters;
 use super::{
     AnySurface, Dialect, Fault, FaultList, LeftOutDoc, LocationErrors, NominalSurfaceDoc, ResolvedInputs,
     SurfaceMeshDoc, SurfaceReading, ToolDoc, Warning,
 };
+use crate::description::ToSchema;
 use crate::geometry::Vec3;
 use crate::process::{
     self, Extreme, Histogram, ProgramSetup, Verification, VerificationFault, VerificationQuantity,

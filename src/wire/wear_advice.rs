@@ -1,9 +1,9 @@
 //! Advice for a worn cutter.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Fault, FaultList, Fixed, SurfaceKind, ToolDoc};
+use crate::description::ToSchema;
 use crate::units::{Angle, Length};
 use crate::wear::{
     Advice, CutterWear, LEAD_RANGE_DEG, Outlook, PassFault, ScallopQuantity, Surface, WearAdvice,

@@ -1,13 +1,17 @@
 //! One number or many: a request and its answer have the same form.
 
+#[cfg(test)]
 use std::borrow::Cow;
 use std::fmt;
 
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+#[cfg(test)]
+use utoipa::PartialSchema;
+#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaType, Type};
+#[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
-use utoipa::{PartialSchema, ToSchema};
 
 /// One number for all elements, or one number for each.
 #[derive(Debug, Clone, PartialEq)]
@@ -122,29 +126,34 @@ impl Answers {
     }
 }
 
+#[cfg(test)]
 fn one_or_many(kind: &SchemaType) -> RefOr<Schema> {
     let number = || ObjectBuilder::new().schema_type(kind.clone());
     OneOfBuilder::new().item(number()).item(ArrayBuilder::new().items(number())).into()
 }
 
+#[cfg(test)]
 impl PartialSchema for Numbers {
     fn schema() -> RefOr<Schema> {
         one_or_many(&SchemaType::Type(Type::Number))
     }
 }
 
+#[cfg(test)]
 impl ToSchema for Numbers {
     fn name() -> Cow<'static, str> {
         Cow::Borrowed("NumbersOrOne")
     }
 }
 
+#[cfg(test)]
 impl PartialSchema for Answers {
     fn schema() -> RefOr<Schema> {
         one_or_many(&SchemaType::from_iter([Type::Number, Type::Null]))
     }
 }
 
+#[cfg(test)]
 impl ToSchema for Answers {
     fn name() -> Cow<'static, str> {
         Cow::Borrowed("NumbersOrNull")

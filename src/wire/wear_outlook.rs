@@ -1,8 +1,8 @@
 //! The number of parts left until a limit, and the basis of this number.
 
 use serde::Serialize;
-use utoipa::ToSchema;
 
+use crate::description::ToSchema;
 use crate::units::UM_PER_MM;
 use crate::wear::{
     CutterLife, LifeEnds, LifeKind, STAGE_RATES, STAGES_PER_SPAN, STANDSTILL_OF_AGE, STANDSTILLS, WearCourse,

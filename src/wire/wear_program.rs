@@ -1,7 +1,6 @@
 //! Parameters of the compensation of a program for a worn cutter.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::cc_compensation::{check_max_feed, check_pass_break};
 use super::statements::program_parameters;
@@ -9,6 +8,7 @@ use super::{
     CcParameters, Contact, Dialect, Fault, FaultList, Fixed, StampForm, SurfaceKind, SurfaceReading, ToolDoc,
     WearAdviceAnswer, WearAdviceRequest, check_name,
 };
+use crate::description::ToSchema;
 use crate::process::{self, ContactSource, CurvatureAcross, ProgramSetup, WornCutter};
 use crate::units::{Angle, Length};
 use crate::wear::{WearTable, WearTableFault};

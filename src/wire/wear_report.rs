@@ -1,12 +1,12 @@
 //! The report of the compensation of a program for a worn cutter.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{
     Contact, DeviationSeries, DeviationSummary, Dialect, Fixed, Interpolation, Provenance, ResolvedInputs,
     Warning, WearAdviceAnswer,
 };
+use crate::description::ToSchema;
 use crate::process::{self, CurvatureAcross};
 use crate::units::Length;
 

@@ -3,9 +3,9 @@
 use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Answers, Fault, FaultList, Numbers};
+use crate::description::ToSchema;
 use crate::machine::{Tool, ToolFault};
 use crate::units::{Angle, Length};
 use crate::wear::{CutterPass, LEAD_RANGE_DEG, PassFault, ScallopQuantity, Surface};

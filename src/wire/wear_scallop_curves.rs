@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::wear_scallop::Element;
 use super::{ScallopAnswer, ScallopRequest};
+use crate::description::ToSchema;
 use crate::machine::Tool;
 use crate::plot::ScallopCurve;
 use crate::units::Length;

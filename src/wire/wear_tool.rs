@@ -1,9 +1,9 @@
 //! A cutter in a request about wear.
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::{Fault, FaultList};
+use crate::description::ToSchema;
 use crate::machine::{Tool, ToolFault};
 use crate::units::Length;
 use crate::wear::CutterWear;

@@ -1,11 +1,11 @@
 //! The wear of a cutter over time, and the parts left until a limit.
 
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::table_text::table_text;
 use super::wear_outlook::{OutlookBasis, PartsOutlook, PartsOutlookKind, named};
 use super::{WearEntry, WearQuantity};
+use crate::description::ToSchema;
 use crate::units::UM_PER_MM;
 use crate::wear::{CutterLife, WearCourse, WearReading, cutter_life};
 

@@ -3,9 +3,9 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::JobDocument;
+use crate::description::ToSchema;
 
 /// The event about a job's end as it is sent: `type`, `timestamp` and, as `data`, the job without its
 /// progress.

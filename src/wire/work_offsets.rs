@@ -1,14 +1,18 @@
 //! Work offsets by their names in programs.
 
+#[cfg(test)]
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
+#[cfg(test)]
+use utoipa::PartialSchema;
+#[cfg(test)]
 use utoipa::openapi::schema::{ObjectBuilder, Type};
+#[cfg(test)]
 use utoipa::openapi::{Ref, RefOr, Schema};
-use utoipa::{PartialSchema, ToSchema};
 
 use super::reading::escape;
 use super::{CcParameters, Fault, FaultList, Fixed};
@@ -107,6 +111,7 @@ impl<'de> Deserialize<'de> for WorkOffsets {
     }
 }
 
+#[cfg(test)]
 impl PartialSchema for WorkOffsets {
     fn schema() -> RefOr<Schema> {
         let name = ObjectBuilder::new()
@@ -125,6 +130,7 @@ impl PartialSchema for WorkOffsets {
     }
 }
 
+#[cfg(test)]
 impl ToSchema for WorkOffsets {
     fn name() -> Cow<'static, str> {
         Cow::Borrowed("WorkOffsets")

@@ -3,7 +3,7 @@
 use reqwest::Response;
 use serde_json::{Map, Value, json};
 
-use crate::support::{App, program_form, spawn};
+use crate::support::{App, description, program_form, spawn};
 
 /// The work offset, which most results depend on.
 const OFFSET: (&str, &str) = ("work_offset_mm", "0,0,0");
@@ -40,10 +40,6 @@ const CUTTER_LOCATIONS: &str =
     "UNITS/MM\nMULTAX/ON\nFEDRAT/500,MMPM\nGOTO/0,0,20,0,0,1\nGOTO/1,0,20,0,0,1\nFINI\n";
 /// Members of an answer that differ from one call to the next.
 const OF_ONE_CALL: [&str; 6] = ["job_id", "created_at", "computed_at", "instance", "request_id", "detail"];
-
-fn description() -> Value {
-    serde_json::from_str(include_str!("../../openapi/trunnion.json")).unwrap()
-}
 
 /// A schema, or the one that it refers to.
 fn resolved<'d>(description: &'d Value, schema: &'d Value) -> &'d Value {

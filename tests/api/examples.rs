@@ -12,7 +12,7 @@ use trunnion::jobs::CutterContactCompensator;
 use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
 use crate::receiver::Receiver;
 use crate::recorded;
-use crate::support::{App, spawn_real};
+use crate::support::{App, description, spawn_real};
 use crate::webhooks::{at_once, calling};
 
 /// One way to send an operation's request.
@@ -350,7 +350,7 @@ async fn sent(request: RequestBuilder) -> Response {
 
 #[tokio::test]
 async fn every_example_of_the_description_is_answered_as_described() {
-    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let described = Described { document: description() };
     let mut recording = Recording { committed: recorded::committed(), made: Map::new() };
     let mut tried = 0;
     for (path, item) in described.document["paths"].as_object().unwrap() {
@@ -408,7 +408,7 @@ async fn every_example_of_the_description_is_answered_as_described() {
 
 #[test]
 fn every_example_fits_its_schema() {
-    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let described = Described { document: description() };
     let mut seen = 0;
     for (path, item) in described.document["paths"].as_object().unwrap() {
         for (method, operation) in item.as_object().unwrap() {
@@ -439,7 +439,7 @@ fn every_example_fits_its_schema() {
 
 #[tokio::test]
 async fn what_is_sent_to_receivers_fits_its_description() {
-    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let described = Described { document: description() };
     let sent = &described.document["webhooks"]["job-ended"]["post"];
     let content = &sent["requestBody"]["content"]["application/json"];
     let schema = described.resolved(&content["schema"]);
@@ -458,7 +458,7 @@ async fn what_is_sent_to_receivers_fits_its_description() {
 
 #[test]
 fn the_check_of_answers_finds_what_does_not_fit() {
-    let described = Described { document: serde_json::to_value(trunnion::http::document()).unwrap() };
+    let described = Described { document: description() };
     let schema = serde_json::json!({
         "type": "object", "required": ["a"],
         "properties": {"a": {"oneOf": [{"type": "null"}, {"type": "array", "items": {"type": "integer"}}]}}

@@ -5,7 +5,7 @@ use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::{Value, json};
 
-use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
+use crate::support::{App, ac_table, description, pointers, problem, spawn, spawn_with};
 
 /// What is open at every service.
 const OPEN: &[&str] = &["/healthz", "/readyz", "/v1/version", "/problems", "/problems/{code}"];
@@ -60,7 +60,7 @@ struct Operation {
 }
 
 fn operations() -> Vec<Operation> {
-    let document = serde_json::to_value(trunnion::http::document()).unwrap();
+    let document = description();
     let mut all = Vec::new();
     for (path, item) in document["paths"].as_object().unwrap() {
         for (method, operation) in item.as_object().unwrap() {

@@ -10,7 +10,7 @@ use reqwest::Response;
 use serde_json::Value;
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::support::{App, spawn_real_with};
+use crate::support::{App, description, spawn_real_with};
 
 /// Attempts, unless asked otherwise: seconds.
 const ATTEMPTS: u64 = 400;
@@ -258,7 +258,7 @@ struct Seed {
 
 /// Every example that stands on its own, and programs.
 fn seeds() -> Vec<Seed> {
-    let document = serde_json::to_value(trunnion::http::document()).unwrap();
+    let document = description();
     let mut seeds = Vec::new();
     for (path, item) in document["paths"].as_object().unwrap() {
         for (method, operation) in item.as_object().unwrap() {

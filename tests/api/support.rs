@@ -377,3 +377,8 @@ pub(crate) fn kinds(report: &Value) -> Vec<String> {
     let warnings = report["warnings"].as_array().unwrap();
     warnings.iter().map(|warning| warning["kind"].as_str().unwrap().to_owned()).collect()
 }
+
+/// The description of the interface that the binary contains.
+pub(crate) fn description() -> Value {
+    serde_json::from_str(&trunnion::http::description_text().unwrap()).unwrap()
+}

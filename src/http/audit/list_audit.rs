@@ -3,8 +3,8 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
@@ -40,7 +40,7 @@ pub(super) struct AuditQuery {
 /// Every change of the stored data, newest first: who made it, with which request, and the machine's revision before
 /// and after. An entry is written together with its change, and never changes. Calls that changed nothing have no
 /// entry.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/audit",
     tag = "keys",

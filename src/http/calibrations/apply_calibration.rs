@@ -4,6 +4,7 @@ use axum::extract::{Request, State};
 use axum::response::Response;
 
 use super::{find, measured_revision};
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::body::{Incoming, media_type};
 use crate::http::caller::actor;
@@ -15,7 +16,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
 use crate::store::{Expected, NewRevision, PutOutcome, Remembered, Revision, Stale};
-use crate::wire::{AppliedProfile, ApplyRequest, MachineDocument, NoParameters, OtherAxes, read_json};
+use crate::wire::{AppliedProfile, ApplyRequest, NoParameters, OtherAxes, read_json};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, CalibrationNotFound, NotAcceptable, RequestTimeout,
@@ -32,7 +33,7 @@ refusals!(
 /// `{"confirm": true}` is needed in three cases: a value changes by more than 0.2 mm or 1000 µrad, the run leaves an
 /// error undetermined, or the squareness has changed since the run. A run of only one axis is refused if the error of
 /// the axis that carries it has changed since: post its readings again.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/calibrations/{id}/apply",
     tag = "calibrations",
@@ -45,7 +46,7 @@ refusals!(
     ),
     request_body(content = Option<ApplyRequest>, description = "No body, or the confirmation of a large change", example = json!({"confirm": true})),
     responses(
-        (status = 200, description = "The machine with the errors of the run", body = MachineDocument,
+        (status = 200, description = "The machine with the errors of the run", body = crate::wire::MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"),
                 ("Trunnion-Calibration" = String, description = "The run"))),
         Refusals,

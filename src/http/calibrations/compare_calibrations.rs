@@ -3,9 +3,9 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::find;
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
@@ -29,7 +29,7 @@ pub(super) struct ComparedWith {
 ///
 /// Each error of this run minus the same error of another run of the machine. The answer has the standard uncertainty
 /// of each difference, and says whether the difference is significant (more than twice its uncertainty).
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}/difference",
     tag = "calibrations",

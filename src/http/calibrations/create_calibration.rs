@@ -6,6 +6,7 @@ use http::StatusCode;
 use http::header::LOCATION;
 
 use super::tag;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::conditional::tagged;
@@ -17,7 +18,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::{evaluate, measured_at};
 use crate::store::{CalibrationRow, NewCalibration, Remembered, sha256_hex};
-use crate::wire::{CalibrationDocument, CalibrationHead, CalibrationRequest, NoParameters};
+use crate::wire::{CalibrationHead, CalibrationRequest, NoParameters};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -29,7 +30,7 @@ refusals!(
 /// Post the readings as taken with nominal kinematics in the control. The service keeps them for ever together with
 /// their results: the location errors of both rotary axes with uncertainties, and the errors that the run cannot
 /// separate. The machine does not change until the run is applied.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/calibrations",
     tag = "calibrations",
@@ -51,7 +52,7 @@ refusals!(
                 {"angle_deg": 90, "length_change_um": 10.2}]}]
     })),
     responses(
-        (status = 201, description = "The run with its results", body = CalibrationDocument,
+        (status = 201, description = "The run with its results", body = crate::wire::CalibrationDocument,
             headers(("ETag" = String, description = "Tag of the content"), ("Location" = String, description = "The run"))),
         Refusals,
     )

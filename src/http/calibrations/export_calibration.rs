@@ -7,10 +7,10 @@ use axum::response::{IntoResponse, Response};
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
 
 use super::{find, measured_revision};
 use crate::calibration::export::{LinuxCncFault, SiemensForm, linuxcnc, neutral, siemens};
+use crate::description::{IntoParams, ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
@@ -60,7 +60,7 @@ const RADIUS_MM: f64 = 100.0;
 ///
 /// The machine with the errors of this run, as text. Each text states its sign convention, its sources, and the
 /// errors that the control cannot represent.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}/export",
     tag = "calibrations",

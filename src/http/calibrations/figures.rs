@@ -4,9 +4,9 @@ use axum::response::{IntoResponse, Response};
 use http::header::CONTENT_TYPE;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
 
 use super::measured_revision;
+use crate::description::{IntoParams, ToSchema};
 use crate::http::AppState;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::evaluate_ballbar;

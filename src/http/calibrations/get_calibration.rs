@@ -6,12 +6,12 @@ use http::HeaderMap;
 
 use super::figures::{CalibrationFigure, SVG};
 use super::{document, find, report_page};
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::CalibrationDocument;
 
 refusals!(
     Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly
@@ -21,7 +21,7 @@ refusals!(
 ///
 /// JSON as first answered. With `Accept: image/svg+xml`: a figure (`plot`). With `Accept: text/html`: a report for
 /// people, with all figures.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}",
     tag = "calibrations",
@@ -34,7 +34,7 @@ refusals!(
     ),
     responses(
         (status = 200, description = "The run", content(
-            (CalibrationDocument = "application/json"), (String = "image/svg+xml"), (String = "text/html")),
+            (crate::wire::CalibrationDocument = "application/json"), (String = "image/svg+xml"), (String = "text/html")),
             headers(("ETag" = String, description = "Tag of the content"))),
         (status = 304, description = "Not changed: your version is current"),
         Refusals,

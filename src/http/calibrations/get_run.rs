@@ -5,20 +5,21 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::find;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{CalibrationRequest, NoParameters};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotAcceptable, InvalidRequest);
 
 /// Read the readings of a run
 ///
 /// The run as posted, with defaults left out. Its SHA-256 is `run_sha256` of the run, and also its `ETag`.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}/run",
     tag = "calibrations",
@@ -29,7 +30,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, CalibrationNotFound, NotA
         ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The readings", body = CalibrationRequest, headers(("ETag" = String, description = "SHA-256 of the readings"))),
+        (status = 200, description = "The readings", body = crate::wire::CalibrationRequest, headers(("ETag" = String, description = "SHA-256 of the readings"))),
         (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )

@@ -5,11 +5,11 @@ use axum::response::{IntoResponse, Response};
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::ever_existed;
 use super::figures::{SVG, trend_figure};
 use super::list_calibrations::bounds;
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
@@ -48,7 +48,7 @@ const MAX_RUNS: i64 = 100_000;
 ///
 /// Oldest first, with standard uncertainties. `Accept: text/csv` gives a table, `Accept: image/svg+xml` a figure with
 /// uncertainty bars.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/trend",
     tag = "calibrations",

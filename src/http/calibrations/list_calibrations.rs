@@ -3,9 +3,9 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::ever_existed;
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
@@ -53,7 +53,7 @@ pub(super) fn bounds(
 /// List calibration runs
 ///
 /// The last stored run comes first. Runs of a deleted machine are listed too.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations",
     tag = "calibrations",

@@ -19,7 +19,7 @@ pub(super) const UNDESCRIBED: [(&str, &str, &str); 4] = [
     ("GET", "/docs/{*rest}", "get_docs"),
 ];
 
-/// The description, as `tests/openapi.rs` compares it with the routes.
+/// The description, as `openapi/tests.rs` compares it with the routes.
 static DESCRIPTION: Embedded = embedded!("application/json", "trunnion.json.gz");
 
 const PAGE: &str = include_str!("index.html");

@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::{HeaderMap, StatusCode};
 
 use super::{find, job_tag};
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::conditional::tagged;
@@ -13,7 +14,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::store::Cancelling;
-use crate::wire::{JobDocument, NoParameters};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, JobEnded, InvalidRequest);
 
@@ -21,16 +22,16 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, JobEnded, Inva
 ///
 /// A waiting job is cancelled at once (200). A running job gets a stop signal (202) and is cancelled when it has
 /// stopped, which takes about a tenth of a second. A finished job stays as it is (409).
-#[utoipa::path(
+#[operation(
     delete,
     path = "/v1/jobs/{id}",
     tag = "jobs",
     operation_id = "cancel_job",
     params(("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60")),
     responses(
-        (status = 200, description = "The cancelled job", body = JobDocument,
+        (status = 200, description = "The cancelled job", body = crate::wire::JobDocument,
             headers(("ETag" = String, description = "Tag of the content"))),
-        (status = 202, description = "The job, which will stop", body = JobDocument,
+        (status = 202, description = "The job, which will stop", body = crate::wire::JobDocument,
             headers(("ETag" = String, description = "Tag of the content"))),
         Refusals,
     )

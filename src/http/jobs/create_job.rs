@@ -7,9 +7,9 @@ use axum::response::{IntoResponse, Response};
 use http::header::LOCATION;
 use http::{HeaderValue, StatusCode};
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::job_tag;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::caller::{Caller, actor};
 use crate::http::conditional::tagged;
@@ -19,13 +19,12 @@ use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::observation::Trace;
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::programs::EXAMPLE_PROGRAM;
 use crate::http::programs::upload::{Form, take_form};
 use crate::http::refusals::refusals;
 use crate::jobs::{Besides, JobFault, JobOrder, ProgramJob, Sizes, steps_done, with_wear};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
-    CcParameters, CompensationParameters, Fault, JobDocument, JobOperation, NoParameters, PostingParameters,
+    CcParameters, CompensationParameters, Fault, JobOperation, NoParameters, PostingParameters,
     ServoProgramParameters, VerificationParameters, WearParameters,
 };
 
@@ -92,7 +91,7 @@ enum AnyParameters {
 /// Queues any operation on a program; it is computed when its turn comes. Everything that can be checked without
 /// reading the program is checked now. An accepted job is on the disk: it survives the end of the process and is
 /// finished once. Read the job at `Location`, or follow its events.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/jobs",
     tag = "jobs",
@@ -107,12 +106,12 @@ enum AnyParameters {
                     "machine_id": "example-ac-table", "operation": "cc-compensation",
                     "parameters": {"tool_radius_mm": 5.0, "work_offset_mm": [12.0, -7.0, 35.0]}, "external_id": "WO-4711/20"
                 },
-                "program": EXAMPLE_PROGRAM,
+                "program": crate::http::programs::EXAMPLE_PROGRAM,
             })),
         ),
     ),
     responses(
-        (status = 202, description = "The accepted job", body = JobDocument,
+        (status = 202, description = "The accepted job", body = crate::wire::JobDocument,
             headers(
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the content"),

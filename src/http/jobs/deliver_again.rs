@@ -7,6 +7,7 @@ use http::header::LOCATION;
 
 use super::find;
 use super::list_deliveries::shown;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::extract::{Json, Path, Query};
@@ -15,7 +16,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::store::Redelivery;
-use crate::wire::{DeliveryDocument, JobDocument, NoParameters};
+use crate::wire::{JobDocument, NoParameters};
 
 refusals!(
     Refusals: MalformedRequest, JobNotFound, NotAcceptable, NothingToDeliver, KeyReused, InvalidRequest
@@ -25,7 +26,7 @@ refusals!(
 ///
 /// Sends the webhook to `callback_url` now, whatever the result of earlier attempts. If that fails, further attempts
 /// follow after the usual pauses. The delivery keeps its `webhook-id`.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/jobs/{id}/deliveries",
     tag = "webhooks",
@@ -35,7 +36,7 @@ refusals!(
         ("Idempotency-Key" = Option<String>, Header, description = "The same key asks for only one delivery"),
     ),
     responses(
-        (status = 202, description = "The delivery is scheduled", body = DeliveryDocument,
+        (status = 202, description = "The delivery is scheduled", body = crate::wire::DeliveryDocument,
             headers(("Location" = String, description = "The deliveries of the job")),
             example = json!({
                 "webhook_id": "msg_0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60", "event": "job.succeeded", "state": "waiting",

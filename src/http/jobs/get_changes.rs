@@ -5,6 +5,7 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::table;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::extract::{Path, Query};
 use crate::http::problem::Problem;
@@ -19,7 +20,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 /// One row for every motion that any step changed: its line of the upload, how far its end was moved for location
 /// errors and for wear, the correction of its path, the number of blocks it became, and the sum of its errors before
 /// and after.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/changes",
     tag = "jobs",

@@ -14,6 +14,7 @@ use tokio::sync::broadcast::error::RecvError;
 use tokio::time::Instant;
 
 use super::find;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::Caller;
 use crate::http::extract::{Path, Query};
@@ -42,7 +43,7 @@ const BETWEEN_KEY_LOOKS: Duration = Duration::from_secs(1);
 /// `progress` comes while the job runs. The stream ends after a final state, and when the API key is revoked or
 /// expires. A client that reconnects with `Last-Event-ID` does not get known events again. If it already has the
 /// final state, the answer is 204.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/events",
     tag = "jobs",

@@ -5,20 +5,21 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::{find, job_tag};
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{JobDocument, NoParameters};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest);
 
 /// Read a job
 ///
 /// The request, the machine revision, the digest of the upload, and the result.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}",
     tag = "jobs",
@@ -28,7 +29,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest
         ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The job", body = JobDocument, headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 200, description = "The job", body = crate::wire::JobDocument, headers(("ETag" = String, description = "Tag of the content"))),
         (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )

@@ -5,6 +5,7 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::find;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query};
@@ -20,7 +21,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 ///
 /// For a compensation: the deviation along the path, or the worn cutter's offset, before and after. For a servo
 /// simulation: the contour error.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/plot",
     tag = "jobs",

@@ -5,6 +5,7 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::find;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query};
@@ -19,7 +20,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 /// Read the program of a job
 ///
 /// The same bytes as in the first answer.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/program",
     tag = "jobs",

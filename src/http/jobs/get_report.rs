@@ -4,9 +4,9 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::find;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Path, Query};
@@ -42,7 +42,7 @@ enum AnyReport {
 /// Read the report of a job
 ///
 /// JSON, or the plot with `Accept: image/svg+xml`.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/report",
     tag = "jobs",

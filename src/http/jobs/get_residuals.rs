@@ -5,6 +5,7 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::table;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::extract::{Path, Query};
 use crate::http::problem::Problem;
@@ -18,7 +19,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 ///
 /// One row for every sample of the surface: place, normal, residual above the surface (negative below it), and the
 /// line of the program that left it. Residual and line are empty if no tool came there.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/residuals",
     tag = "jobs",

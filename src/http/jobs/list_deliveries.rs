@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::HeaderMap;
 
 use super::find;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::Caller;
 use crate::http::extract::{Json, Path, Query};
@@ -22,7 +23,7 @@ refusals!(Refusals: MalformedRequest, JobNotFound, NotAcceptable, InvalidRequest
 ///
 /// The state of the delivery to `callback_url`, and every attempt, newest first. If an attempt got no answer, only a
 /// key with the scope `admin` sees the cause.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs/{id}/deliveries",
     tag = "webhooks",

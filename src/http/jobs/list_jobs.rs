@@ -3,9 +3,9 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::with_progress;
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
@@ -50,7 +50,7 @@ pub(super) struct JobQuery {
 /// List jobs
 ///
 /// Newest first; only jobs of machines that the API key reaches.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/jobs",
     tag = "jobs",

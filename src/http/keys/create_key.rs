@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::StatusCode;
 use http::header::{CACHE_CONTROL, LOCATION};
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::extract::{Json, Query};
@@ -25,7 +26,7 @@ refusals!(
 ///
 /// The key is shown only in this answer, because the service stores only its digest. The first key closes the service
 /// from the next request on, so it needs the scope `admin`.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/keys",
     tag = "keys",

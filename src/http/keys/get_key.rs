@@ -5,20 +5,21 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::key_not_found;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{ApiKeyDocument, NoParameters};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, KeyNotFound, NotAcceptable, InvalidRequest);
 
 /// Read an API key
 ///
 /// Its scopes, its expiry and its last use; never its secret.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/keys/{id}",
     tag = "keys",
@@ -28,7 +29,7 @@ refusals!(Refusals: MalformedRequest, KeyNotFound, NotAcceptable, InvalidRequest
         ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The key", body = ApiKeyDocument, headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 200, description = "The key", body = crate::wire::ApiKeyDocument, headers(("ETag" = String, description = "Tag of the content"))),
         (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )

@@ -3,6 +3,7 @@
 use axum::extract::State;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
@@ -17,7 +18,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 ///
 /// Newest first, including revoked and expired keys. A key is never deleted, because the audit log names it. Secrets
 /// are not stored.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/keys",
     tag = "keys",

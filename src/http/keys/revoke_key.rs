@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::StatusCode;
 
 use super::key_not_found;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::extract::{Path, Query};
@@ -17,7 +18,7 @@ refusals!(Refusals: MalformedRequest, KeyNotFound, InvalidRequest);
 ///
 /// The key is invalid from now on. A service whose keys are all revoked stays closed; create a new key on the command
 /// line.
-#[utoipa::path(
+#[operation(
     delete,
     path = "/v1/keys/{id}",
     tag = "keys",

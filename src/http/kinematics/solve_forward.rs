@@ -5,9 +5,9 @@ use std::io::Write;
 use axum::extract::{FromRequest, Request, State};
 use axum::response::Response;
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::table::{self, CSV, feed, is_table, offers};
+use crate::description::{IntoParams, ToSchema, operation};
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path};
@@ -28,7 +28,7 @@ refusals!(
 );
 
 /// The options as query parameters, if the body is CSV.
-#[derive(Debug, utoipa::IntoParams)]
+#[derive(Debug, IntoParams)]
 #[into_params(parameter_in = Query)]
 #[expect(dead_code, reason = "describes what the operation takes of the options of both directions")]
 struct ForwardOptions {
@@ -54,7 +54,7 @@ struct ForwardAnswer {
 /// Turn axis words into tool poses
 ///
 /// Request and answer are JSON, or `text/csv` with a header row. With CSV the options are query parameters.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/forward-kinematics",
     tag = "kinematics",

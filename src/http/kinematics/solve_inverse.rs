@@ -7,6 +7,7 @@ use axum::response::Response;
 use http::{HeaderName, HeaderValue};
 
 use super::table::{self, CSV, feed, is_table, offers};
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Path, read_document};
@@ -33,7 +34,7 @@ refusals!(
 ///
 /// Request and answer are JSON, or `text/csv` with a header row. With CSV the options are query parameters,
 /// `selection=all` adds a `pose` column, and the header `Trunnion-Warnings` has the number of warnings.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/inverse-kinematics",
     tag = "kinematics",

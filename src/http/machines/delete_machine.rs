@@ -3,6 +3,7 @@
 use axum::extract::State;
 use http::{HeaderMap, StatusCode};
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::conditional::{expected, stale};
@@ -21,7 +22,7 @@ refusals!(
 /// `If-Match` is required. The tools of the machine are deleted too. The revisions of both stay readable for the jobs
 /// that name them, and so do calibrations and wear entries. If a machine is stored again under the same id, the
 /// revision numbers continue.
-#[utoipa::path(
+#[operation(
     delete,
     path = "/v1/machines/{machine_id}",
     tag = "machines",

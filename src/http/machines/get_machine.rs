@@ -4,20 +4,21 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::{machine_response, machine_tag, unless_known};
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{MachineDocument, NoParameters};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
 
 /// Read a machine
 ///
 /// The current revision. If `If-None-Match` has its `ETag`, the answer is 304.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}",
     tag = "machines",
@@ -27,7 +28,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
         ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
-        (status = 200, description = "The current revision", body = MachineDocument,
+        (status = 200, description = "The current revision", body = crate::wire::MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"),
                 ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors the revision has, if it comes from a run"))),
         (status = 304, description = "Not changed: your revision is current"),

@@ -4,20 +4,21 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::{machine_response, machine_tag, unless_known};
 use crate::http::extract::{Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::wire::{MachineDocument, NoParameters};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRequest);
 
 /// Read one revision of a machine
 ///
 /// A revision never changes, and stays after its machine is deleted.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/revisions/{revision}",
     tag = "machines",
@@ -28,7 +29,7 @@ refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRe
         ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
-        (status = 200, description = "The revision", body = MachineDocument,
+        (status = 200, description = "The revision", body = crate::wire::MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"),
                 ("Trunnion-Calibration" = Option<String>, description = "The calibration run whose errors the revision has, if it comes from a run"))),
         (status = 304, description = "Not changed: your revision is current"),

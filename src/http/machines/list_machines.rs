@@ -3,6 +3,7 @@
 use axum::extract::State;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
@@ -17,7 +18,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 /// List machines
 ///
 /// The machines that the API key reaches, at their current revisions; newest machine first.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines",
     tag = "machines",

@@ -2,8 +2,8 @@
 
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
+use crate::description::{ToSchema, operation};
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -24,7 +24,7 @@ pub(super) struct Presets {
 /// List the machine presets
 ///
 /// Common layouts as profiles. Fill in the numbers and store the profile as a machine.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machine-presets",
     tag = "machines",

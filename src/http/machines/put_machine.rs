@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::header::LOCATION;
 use http::{HeaderMap, StatusCode};
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::conditional::{expected, machine_tag, stale, tagged};
@@ -13,7 +14,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
 use crate::store::{NewRevision, PutOutcome};
-use crate::wire::{Fault, MachineDocument, MachineProfile, NoParameters, is_slug};
+use crate::wire::{Fault, MachineProfile, NoParameters, is_slug};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, RequestTimeout, PreconditionFailed, PreconditionRequired,
@@ -25,7 +26,7 @@ refusals!(
 /// A new id creates a machine (201). An existing machine gets a new revision (200) and needs `If-Match` with the
 /// `ETag` of the revision that you read. An identical profile keeps the same revision. `If-None-Match: *` refuses to
 /// replace a machine. If both conditions are sent, both must be met.
-#[utoipa::path(
+#[operation(
     put,
     path = "/v1/machines/{machine_id}",
     tag = "machines",
@@ -51,9 +52,9 @@ refusals!(
         "calibration_due_days": 90
     })),
     responses(
-        (status = 201, description = "A new machine", body = MachineDocument,
+        (status = 201, description = "A new machine", body = crate::wire::MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"), ("Location" = String, description = "The machine"))),
-        (status = 200, description = "A new revision, or the same for an identical profile", body = MachineDocument,
+        (status = 200, description = "A new revision, or the same for an identical profile", body = crate::wire::MachineDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
         Refusals,
     )

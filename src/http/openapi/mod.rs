@@ -1,9 +1,10 @@
-//! The description of the interface. It is made from the routes and converted to a form that strict readers and
-//! client generators accept.
+//! The description of the interface. Only tests make it; the binary has the committed one. It is made from the routes
+//! and converted to a form that strict readers and client generators accept.
 
 mod answers;
 mod parameters;
 mod schemas;
+mod tests;
 
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;

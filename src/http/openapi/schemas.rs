@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn every_operation_of_a_job_has_its_parameters() {
-        let document = crate::http::document();
+        let document = super::super::tests::document();
         let schemas = document["components"]["schemas"].as_object().unwrap();
         let mut words: Vec<&str> =
             schemas["JobOperation"]["enum"].as_array().unwrap().iter().filter_map(Value::as_str).collect();

@@ -3,9 +3,9 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
@@ -22,7 +22,7 @@ refusals!(
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
 
 /// A program with its parameters in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct ProgramForm {
     /// The parameters; if this field is absent, they are in the query.
@@ -40,7 +40,7 @@ struct ProgramForm {
 /// The answer is the compensated program, with the same dialect and line ends. With `Accept: application/json` it is
 /// the report, with `image/svg+xml` the plot before and after. The program is written and verified before the first
 /// byte is sent, and stored as a job.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/cc-compensation",
     tag = "programs",
@@ -51,10 +51,10 @@ struct ProgramForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
+            (String = "text/plain", example = json!(crate::http::programs::EXAMPLE_PROGRAM)),
             (ProgramForm = "multipart/form-data", example = json!({
                 "parameters": {"tool_radius_mm": 5.0, "work_offset_mm": [12.0, -7.0, 35.0]},
-                "program": EXAMPLE_PROGRAM,
+                "program": crate::http::programs::EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",

@@ -3,14 +3,14 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{CompensationParameters, CompensationReport};
+use crate::wire::CompensationParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused, AlreadyCompensated,
@@ -22,7 +22,7 @@ refusals!(
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
 
 /// A program with its parameters in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct CompensationForm {
     /// The parameters; if this field is absent, they are in the query.
@@ -45,7 +45,7 @@ struct CompensationForm {
 /// with each step's share of the changes and an error budget; with `image/svg+xml` it is a plot. The program is
 /// written and verified before the first byte is sent, and stored as a job. The job's table of changes has every
 /// motion.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/compensation",
     tag = "programs",
@@ -56,7 +56,7 @@ struct CompensationForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
+            (String = "text/plain", example = json!(crate::http::programs::EXAMPLE_PROGRAM)),
             (CompensationForm = "multipart/form-data", example = json!({
                 "parameters": {
                     "wear": {"nominal_tool": {"radius_mm": 5.0}, "actual_tool": {"radius_mm": 4.95}},
@@ -64,14 +64,14 @@ struct CompensationForm {
                     "cc": {"tolerance_um": 10.0},
                     "work_offset_mm": [12.0, -7.0, 35.0]
                 },
-                "program": EXAMPLE_PROGRAM,
+                "program": crate::http::programs::EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
         (status = 200, description = "The compensated program, its report or its plot, as Accept asks",
-            content((String = "text/plain"), (CompensationReport = "application/json"), (String = "image/svg+xml")),
+            content((String = "text/plain"), (crate::wire::CompensationReport = "application/json"), (String = "image/svg+xml")),
             headers(
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the answer"),

@@ -3,14 +3,14 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{WearParameters, WearReport};
+use crate::wire::WearParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused, AlreadyCompensated,
@@ -22,7 +22,7 @@ refusals!(
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", "application/json", SVG];
 
 /// A program with its parameters in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct WearProgramForm {
     /// The parameters; if this field is absent, they are in the query.
@@ -41,7 +41,7 @@ struct WearProgramForm {
 /// would. The tool axis and the rotary words stay the same. The answer is the program, with the same dialect and line
 /// ends. With `Accept: application/json` it is the report, with `image/svg+xml` the plot before and after. The
 /// program is written and verified before the first byte is sent, and stored as a job.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/wear-compensation",
     tag = "programs",
@@ -52,7 +52,7 @@ struct WearProgramForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
+            (String = "text/plain", example = json!(crate::http::programs::EXAMPLE_PROGRAM)),
             (WearProgramForm = "multipart/form-data", example = json!({
                 "parameters": {
                     "nominal_tool": {"radius_mm": 5.0, "length_mm": 80.0},
@@ -60,14 +60,14 @@ struct WearProgramForm {
                     "work_offset_mm": [12.0, -7.0, 35.0],
                     "allowed_scallop_um": 20.0, "stepover_mm": 0.85
                 },
-                "program": EXAMPLE_PROGRAM,
+                "program": crate::http::programs::EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
         (status = 200, description = "The program for the worn cutter, its report or its plot, as Accept asks",
-            content((String = "text/plain"), (WearReport = "application/json"), (String = "image/svg+xml")),
+            content((String = "text/plain"), (crate::wire::WearReport = "application/json"), (String = "image/svg+xml")),
             headers(
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the answer"),

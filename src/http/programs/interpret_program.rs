@@ -11,6 +11,7 @@ use tokio_util::io::ReaderStream;
 
 use super::answer::{CSV, stem};
 use super::upload::{Part, Upload, take};
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::Path;
@@ -19,7 +20,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::{InterpretationForm, interpret};
-use crate::wire::{InterpretationAnswer, InterpretationParameters};
+use crate::wire::InterpretationParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, BodyTooLarge,
@@ -30,7 +31,7 @@ refusals!(
 const OFFERS: &[&str] = &["application/json", CSV];
 
 /// A program with its parameters in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct InterpretationUpload {
     /// The parameters; if this field is absent, they are in the query.
@@ -46,7 +47,7 @@ struct InterpretationUpload {
 /// of the tool in the workpiece, feed, tool and work offset. It also returns the motions that a compensation leaves
 /// unchanged, with the reason. Nothing is changed or stored. With `Accept: text/csv` the answer is a table of the
 /// motions.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/interpretation",
     tag = "programs",
@@ -65,7 +66,7 @@ struct InterpretationUpload {
     responses(
         (status = 200, description = "The interpretation, or the motions as a table, as Accept asks",
             headers(("Trunnion-Motions-Left-Alone" = i64, description = "Number of motions that the service does not understand; the table leaves them out")),
-            content((InterpretationAnswer = "application/json"), (String = "text/csv"))),
+            content((crate::wire::InterpretationAnswer = "application/json"), (String = "text/csv"))),
         Refusals,
     )
 )]

@@ -14,6 +14,7 @@ mod verify_part;
 use super::described::resource;
 
 /// A pass of a ball-end cutter of 5 mm, as the description shows it: it states its unit, its tool and its contacts.
+#[cfg(test)]
 pub(super) const EXAMPLE_PROGRAM: &str = "%
 O1001 (BLADE)
 G21 G90 G17 G54

@@ -4,11 +4,12 @@ use axum::extract::{Request, State};
 use axum::response::Response;
 
 use super::arrival::operate;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{PostingParameters, PostingReport};
+use crate::wire::PostingParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -19,7 +20,7 @@ refusals!(
 const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "application/json"];
 
 /// Cutter location data with its parameters in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct PostingForm {
     /// The parameters; if this field is absent, they are in the query.
@@ -37,7 +38,7 @@ struct PostingForm {
 /// the forward kinematics before the first byte is sent. The result is stored as a job. Post-processor statements
 /// that the service understands become words, the others become comments. A change of the tool after a cut is
 /// refused.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/posting",
     tag = "programs",
@@ -60,7 +61,7 @@ struct PostingForm {
     ),
     responses(
         (status = 200, description = "The posted program or its report, as Accept asks",
-            content((String = "text/plain"), (PostingReport = "application/json")),
+            content((String = "text/plain"), (crate::wire::PostingReport = "application/json")),
             headers(
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the answer"),

@@ -3,14 +3,14 @@
 use axum::extract::{Request, State};
 use axum::response::Response;
 
-use super::EXAMPLE_PROGRAM;
 use super::answer::SVG;
 use super::arrival::operate;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{ServoProgramParameters, ServoReport};
+use crate::wire::ServoProgramParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -21,7 +21,7 @@ refusals!(
 const OFFERS: &[&str] = &["application/json", SVG];
 
 /// A program with its parameters in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct ServoProgramForm {
     /// The parameters; if this field is absent, they are in the query.
@@ -36,7 +36,7 @@ struct ServoProgramForm {
 /// Contour error of tool tip and tool axis along the program's motions at feed, with the machine's kinematics and the
 /// drives of its profile. The answer is the report; with `Accept: image/svg+xml` it is a plot of the contour error
 /// over time. The result is stored as a job.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/servo-simulation",
     tag = "servo",
@@ -47,17 +47,17 @@ struct ServoProgramForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = json!(EXAMPLE_PROGRAM)),
+            (String = "text/plain", example = json!(crate::http::programs::EXAMPLE_PROGRAM)),
             (ServoProgramForm = "multipart/form-data", example = json!({
                 "parameters": {"work_offset_mm": [12.0, -7.0, 35.0]},
-                "program": EXAMPLE_PROGRAM,
+                "program": crate::http::programs::EXAMPLE_PROGRAM,
             })),
         ),
         description = "The program as text/*, application/octet-stream or without a type, or a multipart form",
     ),
     responses(
         (status = 200, description = "The report or its plot, as Accept asks",
-            content((ServoReport = "application/json"), (String = "image/svg+xml")),
+            content((crate::wire::ServoReport = "application/json"), (String = "image/svg+xml")),
             headers(
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the answer"),

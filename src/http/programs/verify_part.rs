@@ -5,11 +5,12 @@ use axum::response::Response;
 
 use super::answer::{CSV, SVG};
 use super::arrival::operate;
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{VerificationParameters, VerificationReport};
+use crate::wire::VerificationParameters;
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, KeyReused,
@@ -21,7 +22,7 @@ refusals!(
 const OFFERS: &[&str] = &["application/json", SVG, CSV];
 
 /// A program with its parameters and the part's surface in one multipart body.
-#[derive(Debug, utoipa::ToSchema)]
+#[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct VerificationForm {
     /// The parameters; if this field is absent, they are in the query.
@@ -39,7 +40,7 @@ struct VerificationForm {
 /// The cutter is swept along the program on the machine. The residual is measured along the normal at every sample of
 /// the nominal surface: excess, gouges, uncut samples. The answer is the report. With `Accept: image/svg+xml` it is a
 /// map of the residuals, with `text/csv` the table of all residuals. The result is stored as a job.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/verification",
     tag = "programs",
@@ -65,7 +66,7 @@ struct VerificationForm {
     ),
     responses(
         (status = 200, description = "The report, the map of the residuals, or the table of all residuals, as Accept asks",
-            content((VerificationReport = "application/json"), (String = "image/svg+xml"), (String = "text/csv")),
+            content((crate::wire::VerificationReport = "application/json"), (String = "image/svg+xml"), (String = "text/csv")),
             headers(
                 ("Location" = String, description = "The job"),
                 ("ETag" = String, description = "Tag of the answer"),

@@ -2,8 +2,8 @@
 
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
+use crate::description::{ToSchema, operation};
 use crate::http::extract::Json;
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -22,7 +22,7 @@ pub(super) struct Health {
 /// Is the process alive
 ///
 /// Answers 200 as long as the process serves requests at all.
-#[utoipa::path(
+#[operation(
     get,
     path = "/healthz",
     tag = "service",

@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::negotiate::choose;
 use crate::http::observation::{Readings, metrics_text};
@@ -18,7 +19,7 @@ refusals!(Refusals: NotAcceptable, Busy);
 ///
 /// Requests by operation and status, computations, the store and the process, in the text format that Prometheus
 /// reads.
-#[utoipa::path(
+#[operation(
     get,
     path = "/metrics",
     tag = "service",

@@ -2,6 +2,7 @@
 
 use axum::response::Html;
 
+use crate::description::operation;
 use crate::http::extract::Path;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
@@ -11,7 +12,7 @@ refusals!(Refusals: MalformedRequest, NotFound);
 /// List all problems
 ///
 /// A page with every `type` that a problem document can have.
-#[utoipa::path(
+#[operation(
     get,
     path = "/problems",
     tag = "service",
@@ -41,7 +42,7 @@ pub(super) async fn list_problems() -> Html<String> {
 /// Explain one problem
 ///
 /// The page that a problem document's `type` refers to.
-#[utoipa::path(
+#[operation(
     get,
     path = "/problems/{code}",
     tag = "service",

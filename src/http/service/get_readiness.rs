@@ -3,8 +3,8 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Json;
 use crate::http::negotiate::choose;
@@ -29,7 +29,7 @@ pub(super) struct Readiness {
 /// 200 if the database answers and the disk can be written (checked at most once a second); 503 if not, and while the
 /// service is stopping. If stored data is known to be damaged, the answer is 200 with `degraded` and the reasons:
 /// everything else works, and a restart or another instance would not help.
-#[utoipa::path(
+#[operation(
     get,
     path = "/readyz",
     tag = "service",

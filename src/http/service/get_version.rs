@@ -2,8 +2,8 @@
 
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
+use crate::description::{ToSchema, operation};
 use crate::http::extract::Json;
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -23,7 +23,7 @@ pub(super) struct Version {
 /// Which version is running
 ///
 /// The version that reports and jobs name as `software_version`.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/version",
     tag = "service",

@@ -3,9 +3,9 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use crate::config::{ENVIRONMENT, MEANINGS, Settings};
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
@@ -90,7 +90,7 @@ const LIMITS: &[Row] = &[
 ///
 /// Every limit, with the setting that changes it and the answer if it is exceeded. A limit of zero means no limit
 /// where its meaning says so.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/limits",
     tag = "service",

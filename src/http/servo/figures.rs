@@ -3,8 +3,8 @@
 use axum::response::{IntoResponse, Response};
 use http::header::CONTENT_TYPE;
 use serde::{Deserialize, Serialize};
-use utoipa::{IntoParams, ToSchema};
 
+use crate::description::{IntoParams, ToSchema};
 use crate::http::contour_figure::contour_error;
 use crate::http::problem::Problem;
 use crate::plot::{

@@ -2,8 +2,8 @@
 
 use http::HeaderMap;
 use serde::Serialize;
-use utoipa::ToSchema;
 
+use crate::description::{ToSchema, operation};
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
@@ -24,7 +24,7 @@ pub(super) struct DrivePresets {
 /// List the drive presets
 ///
 /// Drives with published constants, to copy into a profile. Each states which of its numbers are assumed.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/drive-presets",
     tag = "servo",

@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::HeaderMap;
 
 use super::work;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
@@ -22,7 +23,7 @@ refusals!(
 /// The answer has two parts. First, the smallest common Kv (speed divided by following error, 1/s) with which the
 /// contour error keeps the first target at the given feed, within gain and phase margins. Second, the fastest feed of
 /// the path for each target, with the present gains and with the matched gains.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/servo-matching",
     tag = "servo",

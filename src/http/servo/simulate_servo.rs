@@ -6,10 +6,10 @@ use axum::extract::{FromRequest, Request, State};
 use axum::response::{IntoResponse, Response};
 use http::request::Parts;
 use serde::Serialize;
-use utoipa::ToSchema;
 
 use super::figures::{SVG, SimulationFigure, respond};
 use super::{OFFERS, work};
+use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::caller::{Caller, actor, caller};
 use crate::http::current_machine::current_machine;
@@ -48,7 +48,7 @@ enum PathOrProgram {
 /// Following error of each axis and contour error of the tool, from the loop gains and the feed; the commanded path
 /// is the reference. With `Accept: image/svg+xml` the answer is a figure. If the path is a program, the run is stored
 /// as a job that `Location` names, and its report is the answer.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/servo-simulations",
     tag = "servo",

@@ -6,6 +6,7 @@ use http::HeaderMap;
 
 use super::figures::{SVG, SweepFigureChoice, respond};
 use super::{OFFERS, work};
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query};
@@ -23,7 +24,7 @@ refusals!(
 ///
 /// The contour error of every combination. Rows are gains: `position_gain_scale` has a list for each axis, and the
 /// lists are stepped together. Columns are feeds. With `Accept: image/svg+xml` the answer is a figure.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/servo-sweeps",
     tag = "servo",

@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::{HeaderMap, StatusCode};
 
 use super::not_found;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::conditional::{expected, stale_tool};
@@ -21,7 +22,7 @@ refusals!(
 ///
 /// `If-Match` is required. The tool's revisions stay readable for the reports that name them, and its wear entries
 /// stay. If a tool is stored again under the same id, the revision numbers continue.
-#[utoipa::path(
+#[operation(
     delete,
     path = "/v1/machines/{machine_id}/tools/{tool_id}",
     tag = "tools",

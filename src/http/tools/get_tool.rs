@@ -5,20 +5,21 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::not_found;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::{tool_tag, unless_known};
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{NoParameters, ToolDocument};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, ToolNotFound, NotAcceptable, InvalidRequest);
 
 /// Read a tool
 ///
 /// The current revision. If `If-None-Match` has its `ETag`, the answer is 304.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}",
     tag = "tools",
@@ -29,7 +30,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, ToolNotFound, NotAcceptab
         ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
-        (status = 200, description = "The current revision", body = ToolDocument,
+        (status = 200, description = "The current revision", body = crate::wire::ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
         (status = 304, description = "Not changed: your revision is current"),
         Refusals,

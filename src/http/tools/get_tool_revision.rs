@@ -4,20 +4,21 @@ use axum::extract::State;
 use axum::response::Response;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::{tool_tag, unless_known};
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::wire::{NoParameters, ToolDocument};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRequest);
 
 /// Read one revision of a tool
 ///
 /// A revision never changes, and stays after its tool or its machine is deleted.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/revisions/{revision}",
     tag = "tools",
@@ -29,7 +30,7 @@ refusals!(Refusals: MalformedRequest, RevisionNotFound, NotAcceptable, InvalidRe
         ("If-None-Match" = Option<String>, Header, description = "ETag of the revision that you have"),
     ),
     responses(
-        (status = 200, description = "The revision", body = ToolDocument,
+        (status = 200, description = "The revision", body = crate::wire::ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
         (status = 304, description = "Not changed: your revision is current"),
         Refusals,

@@ -3,6 +3,7 @@
 use axum::extract::State;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
@@ -16,7 +17,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, ToolNotFound, NotAcceptab
 /// List the revisions of a tool
 ///
 /// Newest first. Revisions of a deleted tool, and of the tools of a deleted machine, are listed too.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/revisions",
     tag = "tools",

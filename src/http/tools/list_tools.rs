@@ -3,6 +3,7 @@
 use axum::extract::State;
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, Query};
@@ -17,7 +18,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidReq
 /// List the tools of a machine
 ///
 /// The tools at their current revisions, newest tool first. For a machine without tools the list is empty.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools",
     tag = "tools",

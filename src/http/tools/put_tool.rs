@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::header::LOCATION;
 use http::{HeaderMap, StatusCode};
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::conditional::{expected, stale_tool, tagged, tool_tag};
@@ -13,7 +14,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::store::{NewTool, PutTool, ToolRefusal};
-use crate::wire::{Fault, FaultList, NoParameters, TableTool, ToolDocument, check_name, path_segment};
+use crate::wire::{Fault, FaultList, NoParameters, TableTool, check_name, path_segment};
 
 refusals!(
     Refusals: MalformedRequest, UnreadableJson, MachineNotFound, NotAcceptable, RequestTimeout, ToolNameTaken,
@@ -26,7 +27,7 @@ refusals!(
 /// with the `ETag` of the revision that you read. An identical tool keeps the same revision. `If-None-Match: *`
 /// refuses to replace a tool. Programs call a tool by its number or its name, so two tools of a machine cannot share
 /// one; upper and lower case of names count as the same.
-#[utoipa::path(
+#[operation(
     put,
     path = "/v1/machines/{machine_id}/tools/{tool_id}",
     tag = "tools",
@@ -41,9 +42,9 @@ refusals!(
         "number": 12, "name": "BALL_10", "kind": "ball", "radius_mm": 5.0, "length_mm": 92.4
     })),
     responses(
-        (status = 201, description = "The new tool", body = ToolDocument,
+        (status = 201, description = "The new tool", body = crate::wire::ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"), ("Location" = String, description = "The tool"))),
-        (status = 200, description = "A new revision, or the same for an identical tool", body = ToolDocument,
+        (status = 200, description = "A new revision, or the same for an identical tool", body = crate::wire::ToolDocument,
             headers(("ETag" = String, description = "Tag of the revision"))),
         Refusals,
     )

@@ -2,6 +2,7 @@
 
 use http::HeaderMap;
 
+use crate::description::operation;
 use crate::http::extract::{Json, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
@@ -17,7 +18,7 @@ refusals!(
 ///
 /// The advice is to keep the program, to compensate it, to reduce the step-over, or to change the tool. It is the
 /// cheapest action that keeps the allowed height. The answer has the predicted residual before and after.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/wear-advice",
     tag = "wear",

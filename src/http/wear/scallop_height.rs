@@ -5,8 +5,8 @@ use axum::response::{IntoResponse, Response};
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Query, json_response};
 use crate::http::negotiate::choose;
@@ -39,7 +39,7 @@ const SVG: &str = "image/svg+xml";
 /// The height of the scallop between neighbouring passes of a ball, bull-nose or flat cutter on a convex, concave or
 /// flat surface. With `allowed_scallop_um` the answer also has the largest step-over and the smallest tool that keep
 /// this height. Any number may be an array. With `Accept: image/svg+xml` the answer is a figure.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/scallop-height",
     tag = "wear",

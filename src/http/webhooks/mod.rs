@@ -1,10 +1,12 @@
 //! Webhooks: the secret that signs them. The deliveries are listed under each job.
 
+#[cfg(test)]
 mod described;
 mod get_secret;
 mod rotate_secret;
 
 use axum::response::{IntoResponse, Response};
+#[cfg(test)]
 pub(super) use described::describe_messages;
 use http::StatusCode;
 use http::header::CACHE_CONTROL;

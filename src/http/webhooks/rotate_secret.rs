@@ -5,6 +5,7 @@ use axum::response::Response;
 use http::StatusCode;
 
 use super::shown;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::extract::Query;
@@ -14,7 +15,7 @@ use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::{SECRET_OVERLAP_S, new_webhook_secret};
 use crate::store::KeyUse;
-use crate::wire::{NoParameters, WebhookSecretDocument};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, NotAcceptable, KeyReused, InvalidRequest);
 
@@ -23,7 +24,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, KeyReused, InvalidRequest);
 /// Creates a new secret. The previous secret signs too for 24 hours, so that you can give the new secret to the
 /// receivers. If a secret has leaked, rotate it, give the new secret to the receivers, and let them refuse the old
 /// one.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/webhooks/secret/rotation",
     tag = "webhooks",
@@ -32,7 +33,7 @@ refusals!(Refusals: MalformedRequest, NotAcceptable, KeyReused, InvalidRequest);
         ("Idempotency-Key" = Option<String>, Header, description = "The same key creates only one new secret; a repeated request returns the newest secret"),
     ),
     responses(
-        (status = 201, description = "The new secret", body = WebhookSecretDocument, example = json!({
+        (status = 201, description = "The new secret", body = crate::wire::WebhookSecretDocument, example = json!({
             "secret": "whsec_C2FVsBQIhrscChlQIMV+b5sSYspob7oDAAAAAAAAAAA=", "created_at": "2026-03-14T09:26:53.589Z",
             "previous": [{"created_at": "2026-01-02T08:00:00.000Z", "signs_until": "2026-03-15T09:26:53.589Z"}]})),
         Refusals,

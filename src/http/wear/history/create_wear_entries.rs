@@ -5,6 +5,7 @@ use axum::response::{IntoResponse, Response};
 use http::StatusCode;
 use http::header::LOCATION;
 
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::actor;
 use crate::http::current_machine::current_machine;
@@ -30,7 +31,7 @@ refusals!(
 /// Post one entry or an array of entries; either all are stored or none. An entry states the wear of a cutter, or of
 /// one of its edges, after a number of parts. It never changes. A new or reground cutter in the same tool gets a new
 /// `cutter_id`. All entries of one cutter are either of the radius or of the flank.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries",
     tag = "wear",

@@ -5,20 +5,21 @@ use axum::response::Response;
 use http::HeaderMap;
 
 use super::ever_existed;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::conditional::unless_known;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
-use crate::wire::{NoParameters, WearEntry};
+use crate::wire::NoParameters;
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, WearEntryNotFound, NotAcceptable, InvalidRequest);
 
 /// Read a wear entry
 ///
 /// The entry as posted, and its withdrawal if it was withdrawn.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries/{id}",
     tag = "wear",
@@ -30,7 +31,7 @@ refusals!(Refusals: MalformedRequest, MachineNotFound, WearEntryNotFound, NotAcc
         ("If-None-Match" = Option<String>, Header, description = "ETag of the version that you have"),
     ),
     responses(
-        (status = 200, description = "The entry", body = WearEntry, headers(("ETag" = String, description = "Tag of the content"))),
+        (status = 200, description = "The entry", body = crate::wire::WearEntry, headers(("ETag" = String, description = "Tag of the content"))),
         (status = 304, description = "Not changed: your version is current"),
         Refusals,
     )

@@ -5,16 +5,16 @@ use axum::response::{IntoResponse, Response};
 use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::figure::{SVG, figure};
 use super::{checked, ever_existed};
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Path, Query, json_response};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::wire::{FaultList, FollowedWear, WearTrend, WearTrendHead, wear_trend_table};
+use crate::wire::{FaultList, FollowedWear, WearTrendHead, wear_trend_table};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
@@ -40,7 +40,7 @@ const LIMIT_UM: [f64; 2] = [1e-3, 10_000.0];
 /// narrower interval is valid as long as no new stage begins. A value that cannot be determined is null, and `words`
 /// gives the reason. `Accept: text/csv` gives the entries as a table, `Accept: image/svg+xml` a figure with the limit
 /// and the outlook.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-trend",
     tag = "wear",
@@ -52,7 +52,7 @@ const LIMIT_UM: [f64; 2] = [1e-3, 10_000.0];
     ),
     responses(
         (status = 200, description = "The trend", content(
-            (WearTrend = "application/json"), (String = "text/csv"), (String = "image/svg+xml"))),
+            (crate::wire::WearTrend = "application/json"), (String = "text/csv"), (String = "image/svg+xml"))),
         Refusals,
     )
 )]

@@ -3,9 +3,9 @@
 use axum::extract::State;
 use http::HeaderMap;
 use serde::Deserialize;
-use utoipa::IntoParams;
 
 use super::{checked, ever_existed};
+use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
@@ -34,7 +34,7 @@ pub(super) struct WearEntryQuery {
 ///
 /// The last stored entry comes first; withdrawn entries and those of a deleted machine are listed too. For a tool
 /// without entries the list is empty.
-#[utoipa::path(
+#[operation(
     get,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries",
     tag = "wear",

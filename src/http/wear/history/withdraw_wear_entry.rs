@@ -4,6 +4,7 @@ use axum::extract::State;
 use http::HeaderMap;
 
 use super::ever_existed;
+use crate::description::operation;
 use crate::http::AppState;
 use crate::http::caller::By;
 use crate::http::extract::{Json, Path, Query};
@@ -21,7 +22,7 @@ refusals!(
 ///
 /// The entry stays with the time and the reason of the withdrawal, and trends leave it out. The same reason again
 /// returns the same answer. Post the right numbers as a new entry.
-#[utoipa::path(
+#[operation(
     post,
     path = "/v1/machines/{machine_id}/tools/{tool_id}/wear-entries/{id}/withdraw",
     tag = "wear",
