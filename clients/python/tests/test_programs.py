@@ -5,6 +5,7 @@ import os
 import shutil
 import stat
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -75,7 +76,13 @@ def test_bytes_and_names(machine: Machine) -> None:
 
 def test_a_figure_is_shown_in_a_notebook(machine: Machine, tmp_path: Path) -> None:
     figure = machine.compensate(BLADE, tool_radius_mm=5, work_offset_mm=OFFSET).figure()
-    assert figure._repr_svg_().rstrip().endswith("</svg>")
+    shown, whole = (ElementTree.fromstring(text) for text in (figure._repr_svg_(), figure.svg))
+    # No wider than a cell, of the same shape, and drawn whole.
+    assert 0 < float(shown.attrib["width"]) <= 800
+    ratio = float(whole.attrib["width"]) / float(whole.attrib["height"])
+    assert float(shown.attrib["width"]) / float(shown.attrib["height"]) == pytest.approx(ratio)
+    assert shown.attrib["viewBox"] == whole.attrib["viewBox"]
+    assert len(list(shown.iter())) == len(list(whole.iter()))
     assert figure.save(tmp_path / "blade.svg").read_text() == figure.svg
 
 

@@ -98,9 +98,11 @@ class OnePass(WithProgram[CompensationReport], WithFigure[CompensationReport]):
     """A program after several steps in one pass."""
 
     def _said(self) -> list[str]:
-        budget = self.report["error_budget"]["sum"]
+        budget = self.report["error_budget"]
+        before, after, lag = budget["sum"]["before_um"], budget["sum"]["after_um"], budget["servo"]["after_um"]
         return [
-            f"{budget['before_um']:.3g} → {budget['after_um']:.3g} µm",
+            # No step compensates the lag of the drives.
+            f"{before:.3g} → {after:.3g} µm" + (f" with {lag:.3g} µm of servo lag" if lag > 0 else ""),
             f"{self.report['blocks_inserted']} blocks inserted",
         ]
 
