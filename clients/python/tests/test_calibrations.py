@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from datetime import datetime, timezone
 
 import numpy as np
 import pytest
@@ -66,7 +67,7 @@ def test_a_trend(own_machine: Machine) -> None:
     assert (trend.standard_uncertainties > 0).all()
     assert trend.document["unit"] == "um"
     assert "</svg>" in trend.figure().svg
-    runs = list(own_machine.calibrations(measured_from="2025-03-15T00:00:00Z"))
+    runs = list(own_machine.calibrations(measured_from=datetime(2025, 3, 15, tzinfo=timezone.utc)))
     assert len(runs) == 2
     assert own_machine.calibration(runs[0].id).document == runs[0].document
     difference = runs[0].difference(runs[1])

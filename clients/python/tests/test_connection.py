@@ -7,6 +7,7 @@ import pickle
 from collections.abc import Callable
 from datetime import datetime, timedelta, timezone
 from email.utils import format_datetime
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -14,6 +15,7 @@ import pytest
 
 from trunnion import DigestMismatch, Problem, Trunnion, Unreachable
 from trunnion.connection import encoded, flat
+from trunnion.files import named_in
 
 BUSY = {"type": "/problems/busy", "title": "Busy", "status": 503, "detail": "try again", "errors": []}
 Answer = Callable[[httpx.Request], httpx.Response]
@@ -169,6 +171,37 @@ def test_a_broken_download_continues_where_it_stopped() -> None:
     program, asked = download(hashlib.sha256(PROGRAM).hexdigest(), first, second, rest)
     assert program == PROGRAM
     assert [request.headers.get("range") for request in asked[1:]] == [None, "bytes=100000-", "bytes=150000-"]
+
+
+def test_nothing_is_saved_of_a_program_that_does_not_come_whole(tmp_path: Path) -> None:
+    job = {"id": "1", "state": "succeeded", "progress": 1, "operation": "posting", "output_sha256": "0" * 64}
+    for broken in (
+        [httpx.Response(200, stream=Broken(PROGRAM), headers={"etag": '"tag"'}), *[httpx.ReadError("reset")] * 9],
+        [httpx.Response(200, stream=Broken(PROGRAM))],
+        [httpx.Response(200, content=PROGRAM)],
+        # The file changed between the two parts.
+        [httpx.Response(200, stream=Broken(PROGRAM), headers={"etag": '"tag"'}), httpx.Response(200, content=PROGRAM)],
+    ):
+        client, _, _ = served(httpx.Response(200, json=job), *broken)
+        with pytest.raises((Unreachable, DigestMismatch)):
+            client.job("1").save(tmp_path)
+        assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("disposition", "name"),
+    [
+        ('attachment; filename="blade-compensated.nc"', "blade-compensated.nc"),
+        ("attachment; filename=blade.nc", "blade.nc"),
+        ('attachment; filename="../../etc/cron.d/x"', "x"),
+        ('attachment; filename="C:\\\\temp\\\\x.nc"', "x.nc"),
+        ('attachment; filename=".."', "1-program"),
+        ('attachment; filename=""', "1-program"),
+        (None, "1-program"),
+    ],
+)
+def test_a_file_name_never_leaves_the_folder(disposition: str | None, name: str) -> None:
+    assert named_in(disposition, "1-program") == name
 
 
 def test_bytes_of_another_digest_are_refused() -> None:

@@ -72,6 +72,15 @@ ROOTS: dict[str, tuple[str, ...]] = {
 }
 # One entry or several: the request's alternatives, of which the object is taken.
 OBJECTS: dict[str, tuple[str, ...]] = {"WearEntryRequest": ("create_wear_entries", "application/json")}
+# The query of a list: what it filters by. A filter that the service gets is a filter of the package after a renewal.
+# The package goes through the pages of a list itself; axis and error of a trend are arguments of their own.
+PAGES = {"limit", "cursor"}
+QUERIES: dict[str, tuple[str, set[str]]] = {
+    "JobFilters": ("list_jobs", PAGES),
+    "AuditFilters": ("list_audit_entries", PAGES),
+    "CalibrationFilters": ("list_calibrations", PAGES),
+    "TrendFilters": ("get_calibration_trend", {"axis", "error"}),
+}
 # What says nothing about the type of a value, or would promise Python objects where JSON has text.
 DROPPED = {
     "format",
@@ -91,6 +100,8 @@ DROPPED = {
     "maxProperties",
     "uniqueItems",
 }
+# Marks a time that a caller may give as a datetime; answers have text.
+TIME = "x-time"
 OPTIONS = (
     "--input-file-type=openapi",
     "--output-model-type=typing.TypedDict",
@@ -154,6 +165,19 @@ class Contract:
         else:
             self.schemas[public] = schema
 
+    def filters(self, operation: str, others: set[str]) -> Any:
+        """The query of an operation, as an object. A time may be given as a time."""
+        properties: dict[str, Any] = {}
+        for parameter in map(self.resolve, self.operations[operation]["parameters"]):
+            if parameter["in"] != "query" or parameter["name"] in others:
+                continue
+            schema = dict(parameter["schema"])
+            described = parameter.get("description", "")
+            if "RFC 3339" in described or self.resolve(schema).get("format") == "date-time":
+                schema = {"oneOf": [{"type": "string"}, {TIME: True}]}
+            properties[parameter["name"]] = {**schema, "description": described}
+        return {"type": "object", "properties": properties, "description": f"The query of `{operation}`."}
+
     def trimmed(self) -> dict[str, Any]:
         for public, place in ROOTS.items():
             self.add(public, self.place(place))
@@ -161,6 +185,8 @@ class Contract:
             choices = self.resolve(self.place(place))
             choices = choices.get("oneOf") or choices.get("anyOf") or [choices]
             self.add(public, next(c for c in choices if self.resolve(c).get("type") == "object"))
+        for public, query in QUERIES.items():
+            self.add(public, self.filters(*query))
         done: dict[str, Any] = {}
         waiting = [*self.names]
         inline = list(self.schemas.items())
@@ -196,6 +222,8 @@ class Contract:
             waiting.append(name)
             kept = {key: node[key] for key in ("description",) if key in node}
             return {"$ref": f"#/components/schemas/{self.name(name)}", **kept}
+        if TIME in node:
+            return {"type": "string", "customTypePath": "datetime.datetime"}
         kept = {}
         for key, value in node.items():
             # A property may be called "default" or "format".

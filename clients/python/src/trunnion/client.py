@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from datetime import datetime
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, cast
 
@@ -20,9 +19,9 @@ if TYPE_CHECKING:
 
     from .contract import (
         AuditEntry,
+        AuditFilters,
         DrivePreset,
-        JobOperation,
-        JobState,
+        JobFilters,
         Limit,
         MachineDocument,
         MachinePreset,
@@ -98,26 +97,9 @@ class Trunnion:
         answer = self._connection.send("GET", f"/v1/jobs/{part(job_id)}")
         return Job(self._connection, answer.json(), answer.headers.get("etag"))
 
-    def jobs(
-        self,
-        *,
-        machine_id: str | None = None,
-        state: JobState | None = None,
-        operation: JobOperation | None = None,
-        external_id: str | None = None,
-        created_after: datetime | str | None = None,
-        created_before: datetime | str | None = None,
-    ) -> Iterator[Job]:
+    def jobs(self, **filters: Unpack[JobFilters]) -> Iterator[Job]:
         """The jobs, newest first."""
-        query = {
-            "machine_id": machine_id,
-            "state": state,
-            "operation": operation,
-            "external_id": external_id,
-            "created_after": created_after,
-            "created_before": created_before,
-        }
-        for document in self._connection.pages("/v1/jobs", query):
+        for document in self._connection.pages("/v1/jobs", filters):
             yield Job(self._connection, document)
 
     # Wear
@@ -139,11 +121,9 @@ class Trunnion:
 
     # The service
 
-    def audit(
-        self, *, machine_id: str | None = None, key_id: str | None = None, action: str | None = None
-    ) -> Iterator[AuditEntry]:
+    def audit(self, **filters: Unpack[AuditFilters]) -> Iterator[AuditEntry]:
         """Every change of the stored data, newest first."""
-        return self._connection.pages("/v1/audit", {"machine_id": machine_id, "key_id": key_id, "action": action})
+        return self._connection.pages("/v1/audit", filters)
 
     def version(self) -> Version:
         """Which build runs."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from typing import Any, Literal, TypeAlias, TypedDict
 
 from typing_extensions import NotRequired
@@ -52,6 +53,17 @@ AuditAction: TypeAlias = Literal[
     "key-revoked",
 ]
 """What was done."""
+
+
+class AuditFilters(TypedDict):
+    """The query of `list_audit_entries`."""
+
+    machine_id: NotRequired[str]
+    """Only changes that concern this machine."""
+    key_id: NotRequired[str]
+    """Only changes made with this key."""
+    action: NotRequired[AuditAction]
+    """Only changes of this kind."""
 
 
 AuditOrigin: TypeAlias = Literal["http", "command-line", "service"]
@@ -1231,6 +1243,17 @@ class Transmission(TypedDict):
     resonance: NotRequired[Resonance | None]
 
 
+class TrendFilters(TypedDict):
+    """The query of `get_calibration_trend`."""
+
+    limit: NotRequired[int]
+    """Largest number of runs; the newest are taken."""
+    measured_from: NotRequired[str | datetime]
+    """Only runs measured at this time or later (RFC 3339)."""
+    measured_to: NotRequired[str | datetime]
+    """Only runs measured at this time or earlier (RFC 3339)."""
+
+
 class TrendPoint(TypedDict):
     """One run of a trend."""
 
@@ -1515,6 +1538,17 @@ CalibrationDifference = TypedDict(
         "machine_id": str,
     },
 )
+
+
+class CalibrationFilters(TypedDict):
+    """The query of `list_calibrations`."""
+
+    kind: NotRequired[CalibrationKind]
+    """Only runs of this kind."""
+    measured_from: NotRequired[str | datetime]
+    """Only runs measured at this time or later (RFC 3339)."""
+    measured_to: NotRequired[str | datetime]
+    """Only runs measured at this time or earlier (RFC 3339)."""
 
 
 class CcFindings(TypedDict):
@@ -1893,6 +1927,23 @@ class JobDocument(TypedDict):
     """State of the job."""
     surface_sha256: NotRequired[str | None]
     """SHA-256 of the part's surface, if one was uploaded."""
+
+
+class JobFilters(TypedDict):
+    """The query of `list_jobs`."""
+
+    machine_id: NotRequired[str]
+    """Only jobs of this machine."""
+    state: NotRequired[JobState]
+    """Only jobs in this state."""
+    external_id: NotRequired[str]
+    """Only jobs with this client id."""
+    operation: NotRequired[JobOperation]
+    """Only jobs with this operation."""
+    created_after: NotRequired[str | datetime]
+    """Only jobs created at this time or later (RFC 3339)."""
+    created_before: NotRequired[str | datetime]
+    """Only jobs created before this time (RFC 3339)."""
 
 
 class LinearLimits(TypedDict):

@@ -33,5 +33,5 @@ class Figure:
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Saves the figure, whole or not at all."""
         path = Path(path)
-        write_whole(path, [self.svg.encode()], overwrite=overwrite, finish=lambda: None)
+        write_whole(path, [self.svg.encode()], overwrite=overwrite)
         return path

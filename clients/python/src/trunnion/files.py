@@ -59,8 +59,8 @@ def target(path: str | os.PathLike[str] | None, name: str) -> Path:
     return path / name if path.is_dir() else path
 
 
-def write_whole(path: Path, chunks: Iterable[bytes], *, overwrite: bool, finish: Callable[[], None]) -> None:
-    """Writes a file whole or not at all. `finish` is called before the file gets its name, and may refuse it."""
+def write_whole(path: Path, chunks: Iterable[bytes], *, overwrite: bool) -> None:
+    """Writes a file whole or not at all: it gets its name after the last chunk, and if a chunk fails there is none."""
     if not overwrite and path.exists():
         raise _exists(path)
     temporary = path.with_name(f".{path.name[:80]}.{uuid.uuid4().hex[:12]}.part")
@@ -68,7 +68,6 @@ def write_whole(path: Path, chunks: Iterable[bytes], *, overwrite: bool, finish:
         with temporary.open("xb") as out:
             for chunk in chunks:
                 out.write(chunk)
-            finish()
             out.flush()
             os.fsync(out.fileno())
         _rename(temporary, path, overwrite)

@@ -178,7 +178,7 @@ class Job:
     ) -> Path:
         with self._download(name, accept, sha256) as download:
             place = target(path, named_in(download.disposition, f"{self.id}-{name}"))
-            write_whole(place, download.chunks(), overwrite=overwrite, finish=download.check)
+            write_whole(place, download.chunks(), overwrite=overwrite)
             return place
 
     @contextmanager
@@ -272,7 +272,7 @@ class Download:
         self._sha256, self._digest, self._length = sha256, hashlib.sha256(), 0
 
     def chunks(self) -> Iterator[bytes]:
-        """The bytes. The last chunk comes only if the digest is right."""
+        """The bytes. Raises `DigestMismatch` at their end if they are not those that were verified."""
         left = self._connection.retries
         response = self._response
         while True:

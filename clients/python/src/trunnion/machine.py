@@ -6,7 +6,7 @@ import csv
 import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import datetime
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
@@ -16,6 +16,7 @@ from .contract import MachineProfile
 from .files import Content, upload
 from .job import Job, Progress
 from .kinematics import Candidates, Joints, Kinematics, Poses
+from .problem import TrunnionError
 from .results import Compensation, OnePass, Posting, ProgramSimulation, Result, Verification, WearCompensation
 from .servo import Servo
 from .stored import Stored, if_match, stored, to_put
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from .contract import (
+        CalibrationFilters,
         CalibrationRun,
         CcParameters,
         CompensationParameters,
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
         PostingParameters,
         ServoProgramParameters,
         ToolDocument,
+        TrendFilters,
         VerificationParameters,
         WearParameters,
     )
@@ -317,35 +320,14 @@ class Machine:
         """One run."""
         return Calibration(self._connection, self._connection.get(f"{self.path}/calibrations/{part(calibration_id)}"))
 
-    def calibrations(
-        self,
-        *,
-        kind: Literal["rtcp-ballbar", "rotary-sphere"] | None = None,
-        measured_from: datetime | str | None = None,
-        measured_to: datetime | str | None = None,
-    ) -> Iterator[Calibration]:
+    def calibrations(self, **filters: Unpack[CalibrationFilters]) -> Iterator[Calibration]:
         """The runs, newest first."""
-        query = {"kind": kind, "measured_from": measured_from, "measured_to": measured_to}
-        for document in self._connection.pages(f"{self.path}/calibrations", query):
+        for document in self._connection.pages(f"{self.path}/calibrations", filters):
             yield Calibration(self._connection, document)
 
-    def calibration_trend(
-        self,
-        axis: str,
-        error: str,
-        *,
-        limit: int | None = None,
-        measured_from: datetime | str | None = None,
-        measured_to: datetime | str | None = None,
-    ) -> CalibrationTrend:
+    def calibration_trend(self, axis: str, error: str, **filters: Unpack[TrendFilters]) -> CalibrationTrend:
         """One error over the runs: `calibration_trend("A", "e_y")`, or against the machine's frame: `"E_Y0A"`."""
-        query = {
-            "axis": axis,
-            "error": error,
-            "limit": limit,
-            "measured_from": measured_from,
-            "measured_to": measured_to,
-        }
+        query = {"axis": axis, "error": error, **filters}
         return CalibrationTrend(self._connection, f"{self.path}/calibrations/trend", query)
 
 
@@ -354,7 +336,9 @@ def finished(job: Job, result: type[Of], progress: Progress | None, timeout_s: f
     try:
         job.finished(progress=progress, timeout_s=timeout_s)
     except KeyboardInterrupt:
-        job.cancel()
+        # The job may have ended at this moment, or the service may be gone.
+        with suppress(TrunnionError):
+            job.cancel()
         raise
     return result(job)
 
