@@ -11,6 +11,8 @@ from trunnion import JobCancelled, Machine, Problem, Trunnion, WaitTimeout
 from .conftest import EXAMPLE, EXAMPLES, OFFSET, Service
 
 PARAMETERS = {"tool_radius_mm": 5, "work_offset_mm": OFFSET}
+# Keeps a fast computer busy for seconds too.
+LONG = {**PARAMETERS, "tolerance_um": 2}
 
 
 def test_one_key_is_one_job(client: Trunnion, machine: Machine) -> None:
@@ -36,11 +38,11 @@ def test_events_end_with_the_final_state(machine: Machine) -> None:
 
 
 def test_a_wait_has_an_end_and_a_job_can_be_cancelled(machine: Machine, long_program: bytes) -> None:
-    job = machine.post_job("cc-compensation", long_program, PARAMETERS)
+    job = machine.post_job("cc-compensation", long_program, LONG)
     start = time.monotonic()
     with pytest.raises(WaitTimeout) as raised:
-        job.wait(timeout_s=0.3)
-    assert 0.2 < time.monotonic() - start < 2
+        job.wait(timeout_s=0.1)
+    assert 0.1 <= time.monotonic() - start < 10
     assert raised.value.job is job
     with pytest.raises(Problem) as refused:
         job.program()
@@ -65,7 +67,7 @@ def test_an_interrupted_wait_cancels_the_job(client: Trunnion, machine: Machine,
 
 def test_progress_rises(machine: Machine, long_program: bytes) -> None:
     shares: list[float] = []
-    job = machine.post_job("cc-compensation", long_program, PARAMETERS)
+    job = machine.post_job("cc-compensation", long_program, LONG)
     job.finished(progress=shares.append)
     assert shares == sorted(shares)
     assert any(0 < share < 1 for share in shares)
@@ -77,12 +79,11 @@ def test_a_wait_survives_a_restart_of_the_service(binary: Path, tmp_path: Path, 
     service.start()
     try:
         with Trunnion(service.url) as client:
-            job = client.machine(EXAMPLE).post_job("cc-compensation", long_program, PARAMETERS)
+            job = client.machine(EXAMPLE).post_job("cc-compensation", long_program, LONG)
             ended: list[str] = []
             waiting = threading.Thread(target=lambda: ended.append(job.wait().state))
             waiting.start()
-            time.sleep(0.3)
-            assert not ended
+            assert next(event for event in job.events() if event.state != "queued").state == "running"
             service.kill()
             time.sleep(1.5)
             service.start()
