@@ -1,33 +1,65 @@
 # syntax=docker/dockerfile:1
-# Build: the dependencies are compiled in a layer of their own, which only a change of the lock file renews.
-FROM rust:1.95-slim-bookworm AS build
+# `recipe` lists the dependencies, `build` compiles them and then the service, `sbom` lists what is compiled in. A change of docs,
+# tests or benchmarks renews no layer of `build`; a change of the sources does not compile the dependencies again.
+FROM rust:1.95-slim-bookworm AS tools
+# hadolint ignore=DL3008
 RUN apt-get update && apt-get install --yes --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
 WORKDIR /build
 # The image's own compiler is the pinned one; without its name the toolchain file would ask for more components.
 ENV SQLX_OFFLINE=true RUSTUP_TOOLCHAIN=1.95.0
-COPY Cargo.toml Cargo.lock ./
-COPY core/Cargo.toml core/
-COPY benches benches
-COPY tests/otlp.rs tests/
-RUN mkdir src core/src && echo '//! Dependencies only.' | tee src/lib.rs > core/src/lib.rs && echo 'fn main() {}' > src/main.rs \
-    && cargo build --locked --profile dist --features otlp --bin trunnion && rm -rf src core/src
+
+FROM tools AS recipe
+RUN cargo install --locked cargo-chef@0.1.78
 COPY . .
-# The sources are newer than the stand-ins, whatever their time stamps say.
-RUN touch core/src/lib.rs src/lib.rs src/main.rs && cargo build --locked --profile dist --features otlp --bin trunnion
+RUN cargo chef prepare --bin trunnion --recipe-path recipe.json
+
+FROM tools AS build
+COPY --from=recipe /usr/local/cargo/bin/cargo-chef /usr/local/cargo/bin/
+# The recipe is the same until a manifest or the lock file changes.
+COPY --from=recipe /build/recipe.json recipe.json
+RUN cargo chef cook --locked --profile dist --features otlp --bin trunnion --recipe-path recipe.json
+# Only what is compiled in (`tests/api/deploy.rs`).
+COPY Cargo.toml Cargo.lock build.rs ./
+COPY .sqlx .sqlx
+COPY migrations migrations
+COPY openapi openapi
+COPY core core
+COPY src src
+RUN cargo build --locked --profile dist --features otlp --bin trunnion
+
+FROM tools AS sbom
+RUN cargo install --locked cargo-cyclonedx@0.5.9
+COPY . .
+ARG SOURCE_DATE_EPOCH=0
+RUN deploy/sbom /trunnion.cdx.json
 
 FROM debian:bookworm-slim
 # Receivers of webhooks are trusted by the system's certificates.
+# hadolint ignore=DL3008
 RUN apt-get update && apt-get install --yes --no-install-recommends ca-certificates && rm -rf /var/lib/apt/lists/*
 RUN groupadd --system --gid 10001 trunnion \
     && useradd --system --uid 10001 --gid trunnion --no-create-home --shell /usr/sbin/nologin trunnion \
     && install --directory --owner trunnion --group trunnion /data
+COPY --from=sbom /trunnion.cdx.json /usr/share/doc/trunnion/sbom.cdx.json
 COPY --from=build /build/target/dist/trunnion /usr/local/bin/trunnion
-USER trunnion
+# By number: Kubernetes then sees that it is not root.
+USER 10001:10001
 VOLUME /data
 EXPOSE 8080
-# Off loopback it starts only with an API key: run `trunnion keys create` on the volume first.
+# Off loopback the service starts only with an API key. Without one it prints the command that makes the first.
 ENV TRUNNION_LISTEN=0.0.0.0:8080 TRUNNION_DATA_DIR=/data
 HEALTHCHECK --interval=15s --timeout=3s --start-period=5s --retries=3 CMD ["trunnion", "healthcheck"]
 STOPSIGNAL SIGTERM
 ENTRYPOINT ["trunnion"]
 CMD ["serve"]
+# `deploy/image` gives commit and date.
+ARG VERSION=0.2.0
+ARG REVISION=
+ARG CREATED=
+LABEL org.opencontainers.image.title="Trunnion" \
+      org.opencontainers.image.description="One HTTP service for five-axis machine tools: kinematics and NC program compensation" \
+      org.opencontainers.image.version="$VERSION" \
+      org.opencontainers.image.revision="$REVISION" \
+      org.opencontainers.image.created="$CREATED" \
+      org.opencontainers.image.licenses="MIT OR Apache-2.0" \
+      org.opencontainers.image.base.name="docker.io/library/debian:bookworm-slim"
