@@ -24,6 +24,7 @@ COPY .sqlx .sqlx
 COPY migrations migrations
 COPY openapi openapi
 COPY core core
+COPY description description
 COPY src src
 RUN cargo build --locked --profile dist --features otlp --bin trunnion
 
