@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, plain, range_from_zero};
 use super::chart::{Chart, HALF, Panel, Sample, TALL, envelope};
-use super::svg::{INKS, MUTED, Stroke};
+use super::svg::{INKS, Ink, MUTED, Stroke};
 
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +33,7 @@ const COLUMNS: usize = 220;
 const START: Stroke = Stroke::new(MUTED, 1.2).dashed("6 4");
 
 /// Draws the contour error of the tip, and that of the tool axis below it, and marks the worst judged point. A long run
-/// is drawn as an envelope: the range of the error in each part of the time. Same numbers, same bytes.
+/// is drawn as its envelope. Same numbers, same bytes.
 #[must_use]
 pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
     let points: Vec<ContourPoint> =
@@ -50,14 +50,12 @@ pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
     );
     let (height, time) = if has_axis { (HALF, "") } else { (TALL, TIME) };
     let panel = chart.panel(height, Axis::linear(0.0..end_s, time), tip_axis);
-    let is_range = course(&mut chart, &panel, &tip, INKS[0]);
-    explain(&mut chart, "contour error of the tool tip", is_range, INKS[0]);
+    course(&mut chart, &panel, &tip, INKS[0], "contour error of the tool tip");
     if has_axis {
         let range = range_from_zero(axis.iter().map(|(_, error)| *error));
         let below =
             chart.panel(HALF, Axis::linear(0.0..end_s, TIME), Axis::linear(range, "tool axis [µrad]"));
-        let is_range = course(&mut chart, &below, &axis, INKS[2]);
-        explain(&mut chart, "error of the tool axis", is_range, INKS[2]);
+        course(&mut chart, &below, &axis, INKS[2], "error of the tool axis");
         judged(&mut chart, &below, figure.judged_from_s);
     }
     judged(&mut chart, &panel, figure.judged_from_s);
@@ -78,26 +76,25 @@ pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
 
 const TIME: &str = "time [s]";
 
-/// Draws an error over time, a long one as the range in each part of the time. Whether it is a range.
-fn course(chart: &mut Chart, panel: &Panel, points: &[(f64, f64)], ink: super::svg::Ink) -> bool {
+/// Draws an error over time, and explains it. A long run is drawn as its envelope: the points of a run are the largest
+/// of their neighbours, so errors without a sign have an upper edge only.
+fn course(chart: &mut Chart, panel: &Panel, points: &[(f64, f64)], ink: Ink, name: &str) {
     let stroke = Stroke::new(ink, 1.4);
     let Some(columns) = envelope(points, COLUMNS) else {
         chart.line(panel, points.iter().copied(), stroke);
-        return false;
+        return chart.explain(Sample::Line(stroke), name);
     };
-    chart.band(panel, columns.iter().copied(), ink, 0.3);
+    let has_sign = points.iter().any(|(_, error)| *error < 0.0);
+    let floor = |least: f64| if has_sign { least } else { 0.0 };
+    chart.band(panel, columns.iter().map(|(x, least, most)| (*x, floor(*least), *most)), ink, 0.25);
     chart.line(panel, columns.iter().map(|(x, _, most)| (*x, *most)), stroke);
-    chart.line(panel, columns.iter().map(|(x, least, _)| (*x, *least)), stroke);
-    true
-}
-
-fn explain(chart: &mut Chart, name: &str, is_range: bool, ink: super::svg::Ink) {
-    if is_range {
-        let text = format!("{name}: from least to largest in each 1/{COLUMNS} of the time");
-        chart.explain(Sample::Area(ink, 0.5), text);
+    let kind = if has_sign {
+        chart.line(panel, columns.iter().map(|(x, least, _)| (*x, *least)), stroke);
+        "least and largest"
     } else {
-        chart.explain(Sample::Line(Stroke::new(ink, 1.4)), name);
-    }
+        "largest"
+    };
+    chart.explain(Sample::Line(stroke), format!("{name}: {kind} in each 1/{COLUMNS} of the time"));
 }
 
 /// A line at the start of the judged part.
