@@ -1,14 +1,10 @@
 //! The contour error as a figure, along a path or along a program.
 
-use crate::plot::{ContourFigure, ContourPoint, PlotFault, contour_error_along};
+use crate::plot::{ContourFigure, ContourPoint, contour_error_along, plain};
 use crate::wire::{ServoReport, ServoSamples};
 
 /// The contour error over the time of these samples.
-pub(super) fn contour_error(
-    title: &str,
-    samples: &ServoSamples,
-    judged_from_s: f64,
-) -> Result<String, PlotFault> {
+pub(super) fn contour_error(title: &str, samples: &ServoSamples, judged_from_s: f64) -> String {
     let columns = samples.t_s.iter().zip(&samples.contour_error_um).enumerate();
     let points: Vec<ContourPoint> = columns
         .map(|(k, (time_s, contour_um))| ContourPoint {
@@ -22,10 +18,11 @@ pub(super) fn contour_error(
 }
 
 /// The contour error along a program.
-pub(super) fn program_contour_error(name: &str, report: &ServoReport) -> Result<String, PlotFault> {
+pub(super) fn program_contour_error(name: &str, report: &ServoReport) -> String {
     let title = format!(
-        "{name}: {} motions, largest contour error {:.1} µm",
-        report.motions_simulated, report.contour_error.max_abs_um
+        "{name}: {} motions, largest contour error {} µm",
+        report.motions_simulated,
+        plain(report.contour_error.max_abs_um)
     );
     contour_error(&title, &report.samples, 0.0)
 }

@@ -12,7 +12,6 @@ use crate::jobs::{
     CompensatorFault, ComputeFault, JobFault, KinematicsFault, PartSurfaceFault, RefusalClass,
     ServoWorkFault, SpoolFault, TooCostly, WearFault,
 };
-use crate::plot::PlotFault;
 use crate::servo::ServoFault;
 use crate::shares::{NoShare, Quota};
 use crate::store::{BlobFault, DamagedFile, StorageFault, StoreError};
@@ -225,12 +224,6 @@ impl From<StoreError> for Problem {
             StoreError::Damaged(damaged) => damaged.into(),
             other => Self::internal(&other),
         }
-    }
-}
-
-impl From<PlotFault> for Problem {
-    fn from(fault: PlotFault) -> Self {
-        Self::internal(&fault)
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::io::Write;
 
-use super::program_figure::{drawn, points_of};
+use super::program_figure::points_of;
 use super::refusals::in_words_of_the_wire;
 use super::{Compensated, Compensator, CompensatorFault};
 use crate::contact::Correction as CoreCorrection;
 use crate::machine::{Machine, Tool};
-use crate::plot::DeviationFigure;
+use crate::plot::{ALONG_CONTACT_PATH, DeviationFigure, deviation_along_path};
 use crate::process::{self, ProgramSetup, SingularityParameters, SingularityReport, Stop};
 use crate::program::Steps;
 use crate::side_by_side::SideBySide;
@@ -49,13 +49,13 @@ impl Compensator for CutterContactCompensator {
             "Cutter contact: {} of {} motions over tolerance, {} blocks inserted",
             findings.motions_over_tolerance, findings.motions_checked, findings.blocks_inserted
         );
-        let figure = DeviationFigure {
+        deviation_along_path(&DeviationFigure {
             title: &title,
             points: &points,
             tolerance_um: Some(parameters.tolerance_um),
             quantity: "deviation from the contact line [µm]",
-        };
-        drawn(&figure)
+            place: ALONG_CONTACT_PATH,
+        })
     }
 }
 

@@ -3,7 +3,6 @@
 use super::cc_compensation::{missing_tool, treats};
 use super::cc_compensator::{core_parameters, findings as cc_findings};
 use super::part_surface::part_surface;
-use super::program_figure::{drawn, points_of};
 use super::refusals::in_words_of_the_wire;
 use super::stamping::{Leaving, Stamping};
 use super::step_files::StepFiles;
@@ -11,7 +10,7 @@ use super::wear_program::{findings as wear_findings, missing_from_table};
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
-use crate::plot::{DeviationFigure, DeviationPoint};
+use crate::plot::{DeviationFigure, DeviationPoint, deviation_along_path, plain};
 use crate::process::{self, CcStep, ProgramReading, ProgramSetup, ServoStep, WarningKind, WearStep};
 use crate::program::{StepName, Steps};
 use crate::wire::{
@@ -227,29 +226,26 @@ fn warnings(parameters: &CompensationParameters, report: &process::CompensationR
     warnings
 }
 
-/// The figure of a report as SVG text: the contact path if it was compensated, else the contact of the worn cutter,
-/// else the errors of motions.
+/// The figure of a report as SVG text: the sum of each motion's errors, as programmed and as written, over the lines of
+/// the upload, with the tolerance of the contact path.
 #[must_use]
-pub fn one_pass_figure(report: &CompensationReport) -> String {
+pub fn one_pass_figure(parameters: &CompensationParameters, report: &CompensationReport) -> String {
     let findings = &report.findings;
-    let shown = (findings.cc.as_ref().map(|cc| (&cc.series, "deviation from the contact line [µm]")))
-        .or_else(|| {
-            let wear = findings.wear.as_ref();
-            wear.map(|wear| (&wear.series, "offset of the worn cutter at the contact [µm]"))
-        });
-    let (points, quantity) = match shown {
-        Some((series, quantity)) => (points_of(series), quantity),
-        None => (errors(findings), "sum of a motion's errors [µm], over lines"),
-    };
+    let sum = &findings.error_budget.sum;
     let title = format!(
-        "One pass: {} motions changed, {} blocks inserted, error {:.1} µm before and {:.1} µm after",
+        "One pass: {} motions changed, {} blocks inserted, largest error {} µm before and {} µm after",
         findings.changes.motions_changed,
         findings.blocks_inserted,
-        findings.error_budget.sum.before_um,
-        findings.error_budget.sum.after_um
+        plain(sum.before_um),
+        plain(sum.after_um)
     );
-    let figure = DeviationFigure { title: &title, points: &points, tolerance_um: None, quantity };
-    drawn(&figure)
+    deviation_along_path(&DeviationFigure {
+        title: &title,
+        points: &errors(findings),
+        tolerance_um: parameters.cc.as_ref().map(|step| step.tolerance_um),
+        quantity: "sum of a motion's errors [µm]",
+        place: "line of the upload",
+    })
 }
 
 /// The errors of motions as programmed and as written, over the lines.

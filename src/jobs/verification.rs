@@ -10,7 +10,7 @@ use super::workplace::{Finished, Workplace, written};
 use super::{
     CompensatorFault, Cost, JobFault, MachineUsed, Means, Prepared, ProgramParameters, Sizes, Spool,
 };
-use crate::plot::{PlotFault, ResidualFigure, residual_map};
+use crate::plot::{ResidualFigure, residual_map};
 use crate::process;
 use crate::store::{BlobFault, Blobs, Draft};
 use crate::surface::EvenSamples;
@@ -107,9 +107,6 @@ pub enum ResidualFault {
     /// Its table cannot be read.
     #[error("the table of residuals: {0}")]
     Table(#[from] csv::Error),
-    /// The figure could not be drawn.
-    #[error(transparent)]
-    Plot(#[from] PlotFault),
 }
 
 /// The figure of a verification, from its table of residuals.
@@ -129,5 +126,5 @@ pub fn verification_figure(
         report.samples, report.excess_over_limit, report.limit_um, report.gouge_over_limit, report.uncut
     );
     let figure = ResidualFigure { title: &title, samples: &samples, limit_um: report.limit_um };
-    Ok(residual_map(&figure)?)
+    Ok(residual_map(&figure))
 }

@@ -1,13 +1,13 @@
 //! The compensation for a worn cutter, as work on a program.
 
 use super::part_surface::part_surface;
-use super::program_figure::{drawn, points_of};
+use super::program_figure::points_of;
 use super::refusals::in_words_of_the_wire;
 use super::stamping::{Leaving, Stamping};
 use super::workplace::{Finished, Workplace};
 use super::{Cost, MachineUsed, Means, Prepared, ProgramParameters, Sizes};
 use crate::meter;
-use crate::plot::DeviationFigure;
+use crate::plot::{ALONG_CONTACT_PATH, DeviationFigure, deviation_along_path};
 use crate::process::{self, ProgramReading, ProgramSetup};
 use crate::program::{StepName, Steps};
 use crate::units::Angle;
@@ -123,6 +123,12 @@ pub fn wear_figure(report: &WearReport) -> String {
         findings.contacts_kept, findings.motions_shifted, findings.max_shift_um
     );
     let quantity = "offset of the worn cutter at the contact [µm]";
-    let figure = DeviationFigure { title: &title, points: &points, tolerance_um: None, quantity };
-    drawn(&figure)
+    let place = ALONG_CONTACT_PATH;
+    deviation_along_path(&DeviationFigure {
+        title: &title,
+        points: &points,
+        tolerance_um: None,
+        quantity,
+        place,
+    })
 }

@@ -1,5 +1,7 @@
 //! Calibration runs: appended, never changed.
 
+use std::collections::BTreeSet;
+
 use super::audit::{Actor, Change, audit};
 use super::calibration_errors::error_rows;
 use super::error::Doing;
@@ -180,6 +182,22 @@ impl Store {
                 identifiable: row.identifiable != 0,
             })
             .collect())
+    }
+
+    /// Ids of the runs whose errors any revision of a machine has.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn applied_calibrations(&self, machine_id: &str) -> Result<BTreeSet<String>, StoreError> {
+        let rows = sqlx::query_scalar!(
+            "SELECT DISTINCT calibration_id FROM machine_revisions
+             WHERE machine_id = ? AND calibration_id IS NOT NULL",
+            machine_id
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("listing applied calibrations")?;
+        Ok(rows.into_iter().flatten().collect())
     }
 
     /// Stores a run with its errors and the idempotency key of its request. `false` if the key was used in the

@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::calibration_answer::component_name;
 use super::{CalibrationDocument, Estimate, Estimates, Fault, LocationErrorDoc, MachineProfile};
+use crate::calibration::{COMPONENT_NAMES, ErrorParameter, absolute_errors, iso_230_symbol, told_per_unit};
 use crate::description::ToSchema;
+use crate::machine::Machine;
 
 /// One run of a trend.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
@@ -250,6 +252,25 @@ pub fn trend_unit(axis: &str, error: &str) -> Option<&'static str> {
         .all(|letter| letter.is_ascii_uppercase())
         .then(|| of_letter(&motion.to_lowercase()))
         .flatten()
+}
+
+/// The value of an error in a machine's profile, in the unit of its trend; `None` if the machine has no such error.
+#[must_use]
+pub fn error_in_profile(machine: &Machine, axis: &str, error: &str) -> Option<f64> {
+    let mut axes = machine.rotary_axes().iter().enumerate();
+    let (index, found) = axes.find(|(_, found)| found.letter.as_char().to_string() == axis)?;
+    let unit = trend_unit(axis, error)?;
+    let is_wanted =
+        |name: &str| name.strip_suffix(unit).and_then(|name| name.strip_suffix('_')) == Some(error);
+    if let Some(component) = COMPONENT_NAMES.iter().position(|name| is_wanted(name)) {
+        let errors = machine.rotary_axes().each_ref().map(|axis| axis.location_error);
+        let value = ErrorParameter { axis: index, component }.value(&errors);
+        return Some(value * told_per_unit(component));
+    }
+    let absolute = absolute_errors(machine);
+    let of_axis = absolute.iter().filter(|absolute| absolute.axis == index);
+    let mut wanted = of_axis.filter(|absolute| iso_230_symbol(found.letter, absolute.component) == error);
+    wanted.next().map(|absolute| absolute.value * told_per_unit(absolute.component))
 }
 
 /// The runs of a trend as a table.

@@ -72,7 +72,7 @@ pub use calibration_answer::{
 };
 pub use calibration_history::{
     AppliedProfile, ApplyRequest, CalibrationDifference, Difference, OtherAxes, Trend, TrendPoint,
-    trend_table, trend_unit,
+    error_in_profile, trend_table, trend_unit,
 };
 pub use calibration_run::{fit_fault, sphere_fault};
 pub use callback_url::{CallbackFault, CallbackUrl, Host};

@@ -164,7 +164,7 @@ async fn readings_give_uncertainties_residuals_and_questions() {
     assert!((0.2..0.4).contains(&rms), "uniform noise of 0.5 µm has 0.29 µm rms, not {rms}");
     let location = format!("{RUNS}/{}", document["id"].as_str().unwrap());
     let residuals = svg(&app, &format!("{location}?plot=residuals&test=2")).await;
-    assert!(residuals.contains("A radial") && residuals.contains("magnified"));
+    assert!(residuals.contains("A axis, bar radial") && residuals.contains("magnified"));
 
     // One sweep only, and millimetres.
     let mut poor = sweeps([10.0, -20.0, 30.0], 0.0);
@@ -624,7 +624,19 @@ async fn runs_are_listed_compared_and_followed() {
     let table = table.text().await.unwrap();
     assert_eq!(table.lines().count(), 4);
     assert!(table.starts_with("calibration_id,measured_at,machine_revision,e_y_um,standard_uncertainty_um,"));
-    assert!(svg(&app, &trend).await.contains("days since 2025-01-01"));
+    let figure = svg(&app, &trend).await;
+    assert!(figure.contains(">2025-02<") && figure.contains("in the profile, revision 1: 0 µm"), "{figure}");
+    assert!(!figure.contains("applied to the profile") && !figure.contains("limits"));
+    let applied = apply(&app, &ids[1], "*", r#"{"confirm": true}"#).await;
+    assert_eq!(applied.status(), StatusCode::OK);
+    let value = points[1]["value"].as_f64().unwrap();
+    let figure = svg(&app, &format!("{trend}&tolerance=25")).await;
+    assert!(figure.contains("applied to the profile") && figure.contains("limits ±25 µm"), "{figure}");
+    assert!(figure.contains(&format!("in the profile, revision 2: −{:.1} µm", -value)), "{value}: {figure}");
+    let absolute = svg(&app, &format!("{RUNS}/trend?axis=C&error=E_Y0C")).await;
+    assert!(absolute.contains("in the profile, revision 2"));
+    let refused = problem(app.get(&format!("{trend}&tolerance=-1")).await, "invalid-request").await;
+    assert_eq!(pointers(&refused), ["/tolerance"]);
 }
 
 #[tokio::test]

@@ -15,6 +15,7 @@ mod documents;
 mod entered_wear;
 mod examples;
 mod forward;
+mod gallery;
 mod hostile_surfaces;
 mod http2;
 mod interpretation;

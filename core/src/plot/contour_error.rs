@@ -1,12 +1,8 @@
 //! Contour error along a run, over time. The worst point is marked with its time and line.
 
-use plotters::prelude::*;
-
-use super::PlotFault;
-use super::style::{
-    MUTED, Mark, SIZE, colour, corner_opposite, frame, legend, mark_worst, mesh, plain, range, right_axis,
-    swatch,
-};
+use super::axis::{Axis, plain, range_from_zero};
+use super::chart::{Chart, HALF, Panel, Sample, TALL, envelope};
+use super::svg::{INKS, Ink, MUTED, Stroke};
 
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,65 +28,80 @@ pub struct ContourFigure<'a> {
     pub judged_from_s: f64,
 }
 
-/// Draws the contour error of the tip on the left scale and that of the tool axis on the right, and marks the worst
-/// judged point. Same numbers, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn contour_error_along(figure: &ContourFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
+/// Number of columns of an envelope: steps that an eye can follow.
+const COLUMNS: usize = 220;
+const START: Stroke = Stroke::new(MUTED, 1.2).dashed("6 4");
 
-fn draw(figure: &ContourFigure<'_>, svg: &mut String) -> Option<()> {
+/// Draws the contour error of the tip, and that of the tool axis below it, and marks the worst judged point. A long run
+/// is drawn as its envelope. Same numbers, same bytes.
+#[must_use]
+pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
     let points: Vec<ContourPoint> =
         figure.points.iter().copied().filter(|point| point.contour_um.is_finite()).collect();
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
-    let axis_urad = || points.iter().filter_map(|point| Some((point.time_s, point.axis_urad?)));
-    let has_axis = axis_urad().any(|(_, axis_urad)| axis_urad > 0.0);
+    let tip: Vec<(f64, f64)> = points.iter().map(|point| (point.time_s, point.contour_um)).collect();
+    let axis: Vec<(f64, f64)> =
+        points.iter().filter_map(|point| Some((point.time_s, point.axis_urad?))).collect();
+    let has_axis = axis.iter().any(|(_, axis_urad)| *axis_urad > 0.0);
     let end_s = points.last().map_or(1.0, |point| point.time_s).max(1e-6);
-    let left = range(points.iter().map(|point| point.contour_um).chain([0.0]));
-    let right = range(axis_urad().map(|(_, axis_urad)| axis_urad).chain([0.0]));
-    let mut builder = ChartBuilder::on(&root);
-    frame(&mut builder, figure.title);
-    let mut chart = builder
-        .right_y_label_area_size(if has_axis { 74 } else { 16 })
-        .build_cartesian_2d(0.0..end_s, left.start..left.end + 0.1 * (left.end - left.start))
-        .ok()?
-        .set_secondary_coord(0.0..end_s, right);
-    mesh(&mut chart, "time [s]", "contour error of the tip [µm]")?;
+    let mut chart = Chart::new(figure.title);
+    let tip_axis = Axis::linear(
+        range_from_zero(tip.iter().map(|(_, error)| *error)),
+        if has_axis { "tool tip [µm]" } else { "contour error of the tool tip [µm]" },
+    );
+    let (height, time) = if has_axis { (HALF, "") } else { (TALL, TIME) };
+    let panel = chart.panel(height, Axis::linear(0.0..end_s, time), tip_axis);
+    course(&mut chart, &panel, &tip, INKS[0], "contour error of the tool tip");
     if has_axis {
-        right_axis(&mut chart, "error of the tool axis [µrad]", 14)?;
-        chart
-            .draw_secondary_series(LineSeries::new(axis_urad(), colour(2).mix(0.7).stroke_width(1)))
-            .ok()?
-            .label("tool axis [µrad]")
-            .legend(swatch(colour(2).stroke_width(3)));
+        let range = range_from_zero(axis.iter().map(|(_, error)| *error));
+        let below =
+            chart.panel(HALF, Axis::linear(0.0..end_s, TIME), Axis::linear(range, "tool axis [µrad]"));
+        course(&mut chart, &below, &axis, INKS[2], "error of the tool axis");
+        judged(&mut chart, &below, figure.judged_from_s);
     }
-    let tip = points.iter().map(|point| (point.time_s, point.contour_um));
-    chart
-        .draw_series(LineSeries::new(tip, colour(0).stroke_width(1)))
-        .ok()?
-        .label("tool tip [µm]")
-        .legend(swatch(colour(0).stroke_width(3)));
-    let judged = points.iter().filter(|point| point.time_s >= figure.judged_from_s);
-    let worst = judged.max_by(|a, b| a.contour_um.abs().total_cmp(&b.contour_um.abs()));
+    judged(&mut chart, &panel, figure.judged_from_s);
+    if figure.judged_from_s > 0.0 {
+        chart.explain(Sample::Line(START), format!("judged from {} s", plain(figure.judged_from_s)));
+    }
+    let from_judged = points.iter().filter(|point| point.time_s >= figure.judged_from_s);
+    let worst = from_judged.max_by(|a, b| a.contour_um.abs().total_cmp(&b.contour_um.abs()));
+    let mut description = "Contour error of the tool tip over time.".to_owned();
     if let Some(worst) = worst {
-        let place = if worst.line > 0 {
-            format!("line {}", worst.line)
-        } else {
-            format!("{} s", plain(worst.time_s))
-        };
-        let label = format!("{place}: {} µm", plain(worst.contour_um));
-        let mark = Mark { dot: colour(1), text: MUTED, is_left: worst.time_s > 0.7 * end_s };
-        mark_worst(&mut chart, (worst.time_s, worst.contour_um), label, mark)?;
+        let at_line = if worst.line > 0 { format!("line {}, ", worst.line) } else { String::new() };
+        let label = format!("{at_line}{} s: {} µm", plain(worst.time_s), plain(worst.contour_um));
+        chart.mark(&panel, (worst.time_s, worst.contour_um), &label);
+        description = format!("{description} Largest: {label}.");
     }
-    let right = worst.is_some_and(|worst| worst.time_s > 0.5 * end_s);
-    legend(&mut chart, corner_opposite(right), 0.85)?;
-    drop(chart);
-    root.present().ok()
+    chart.finish(&description)
+}
+
+const TIME: &str = "time [s]";
+
+/// Draws an error over time, and explains it. A long run is drawn as its envelope: the points of a run are the largest
+/// of their neighbours, so errors without a sign have an upper edge only.
+fn course(chart: &mut Chart, panel: &Panel, points: &[(f64, f64)], ink: Ink, name: &str) {
+    let stroke = Stroke::new(ink, 1.4);
+    let Some(columns) = envelope(points, COLUMNS) else {
+        chart.line(panel, points.iter().copied(), stroke);
+        return chart.explain(Sample::Line(stroke), name);
+    };
+    let has_sign = points.iter().any(|(_, error)| *error < 0.0);
+    let floor = |least: f64| if has_sign { least } else { 0.0 };
+    chart.band(panel, columns.iter().map(|(x, least, most)| (*x, floor(*least), *most)), ink, 0.25);
+    chart.line(panel, columns.iter().map(|(x, _, most)| (*x, *most)), stroke);
+    let kind = if has_sign {
+        chart.line(panel, columns.iter().map(|(x, least, _)| (*x, *least)), stroke);
+        "least and largest"
+    } else {
+        "largest"
+    };
+    chart.explain(Sample::Line(stroke), format!("{name}: {kind} in each 1/{COLUMNS} of the time"));
+}
+
+/// A line at the start of the judged part.
+fn judged(chart: &mut Chart, panel: &Panel, from_s: f64) {
+    if from_s > 0.0 {
+        chart.upright(panel, from_s, START);
+    }
 }
 
 #[cfg(test)]
@@ -108,13 +119,13 @@ mod tests {
             })
             .collect();
         let figure = ContourFigure { title: "blade.nc", points: &points, judged_from_s: 0.0 };
-        let svg = contour_error_along(&figure).expect("a figure");
+        let svg = contour_error_along(&figure);
         let worst =
             points.iter().max_by(|a, b| a.contour_um.abs().total_cmp(&b.contour_um.abs())).expect("points");
-        for part in ["time [s]", "[µm]", "[µrad]", &format!("line {}: -30", worst.line)] {
+        for part in ["time [s]", "[µm]", "[µrad]", &format!("line {}, ", worst.line), ": −30 µm"] {
             assert!(svg.contains(part), "{part}");
         }
-        assert_eq!(svg, contour_error_along(&figure).expect("a figure"));
+        assert_eq!(svg, contour_error_along(&figure));
     }
 
     #[test]
@@ -122,7 +133,7 @@ mod tests {
         let point = |contour_um| ContourPoint { time_s: 1.0, line: 0, contour_um, axis_urad: None };
         for points in [vec![], vec![point(f64::NAN)], vec![point(0.0)], vec![point(1e200), point(-1e200)]] {
             let figure = ContourFigure { title: "", points: &points, judged_from_s: 0.0 };
-            let svg = contour_error_along(&figure).expect("a figure");
+            let svg = contour_error_along(&figure);
             assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
         }
     }

@@ -1,14 +1,13 @@
-//! Deviation of the cutter contact along its path, before and after compensation.
+//! Deviation of the cutter contact along its path, or the errors along a program, before and after compensation.
 
-use plotters::prelude::*;
-
-use super::PlotFault;
-use super::style::{MUTED, Mark, SIZE, corner_opposite, frame, legend, mark_worst, mesh, plain, swatch};
+use super::axis::{Axis, plain};
+use super::chart::{Chart, Panel, Sample, TALL, envelope};
+use super::svg::{BLACK, INKS, Stroke};
 
 /// One point of the curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeviationPoint {
-    /// Contact path length \[mm\].
+    /// Contact path length \[mm\], or the line of the program.
     pub path_mm: f64,
     /// Line of the upload.
     pub line: u64,
@@ -29,7 +28,12 @@ pub struct DeviationFigure<'a> {
     pub tolerance_um: Option<f64>,
     /// Name and unit of the deviation: the text of its axis.
     pub quantity: &'a str,
+    /// Name of the x axis: the path or the line of the program.
+    pub place: &'a str,
 }
+
+/// The x axis of a figure over the contact path.
+pub const ALONG_CONTACT_PATH: &str = "cutter-contact path [mm]";
 
 impl DeviationPoint {
     /// The points of a series that is stored by columns.
@@ -49,90 +53,76 @@ impl DeviationPoint {
     }
 }
 
-/// Ratio of the largest drawn to the smallest non-zero deviation above which the axis is logarithmic.
+/// Ratio of the largest drawn deviation to the tolerance above which the axis is logarithmic.
 const LOG_ABOVE: f64 = 50.0;
 /// The logarithmic axis starts at this share of the tolerance.
-const LOG_FLOOR: f64 = 1e-3;
+const LOG_FLOOR: f64 = 1e-2;
 
 /// Replaces the tolerance in the scale of a figure without one \[µm\].
 const NO_TOLERANCE_UM: f64 = 1.0;
 
-const BEFORE: RGBColor = RGBColor(196, 84, 26);
-const AFTER: RGBColor = RGBColor(21, 101, 142);
+const BEFORE: Stroke = Stroke::new(INKS[1], 1.4).dashed("5 2");
+const AFTER: Stroke = Stroke::new(INKS[0], 1.4);
+const TOLERANCE: Stroke = Stroke::new(BLACK, 1.4).dashed("9 5");
 
-/// Draws both curves over the contact path and the tolerance as a dashed line. Marks the worst block before
-/// compensation with its line number. The deviation axis is logarithmic if the largest value is more than 50
-/// times the tolerance. Same points, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
-
-fn draw(figure: &DeviationFigure<'_>, svg: &mut String) -> Option<()> {
+/// Draws both curves and the tolerance. Marks the worst block before compensation with its line number. The deviation
+/// axis is logarithmic if the largest value is more than 50 times the tolerance. Of a long series, it draws the largest
+/// value of each column. Same points, same bytes.
+#[must_use]
+pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> String {
     let points = figure.points;
-    let path_end = points.last().map_or(1.0, |point| point.path_mm).max(1e-3);
+    let start = points.first().map_or(0.0, |point| point.path_mm);
+    let end = points.last().map_or(1.0, |point| point.path_mm).max(start + 1e-3);
     let scale_um = figure.tolerance_um.unwrap_or(NO_TOLERANCE_UM);
-    let largest = points.iter().flat_map(|point| [point.before_um, point.after_um]).fold(scale_um, f64::max);
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
-    let mut builder = ChartBuilder::on(&root);
-    frame(&mut builder, figure.title);
-    if largest > LOG_ABOVE * scale_um {
-        let floor = LOG_FLOOR * scale_um;
-        let chart = builder.build_cartesian_2d(0.0..path_end, (floor..largest * 2.0).log_scale()).ok()?;
-        curves(chart, figure, path_end, floor)?;
+    let finite = |value: &f64| value.is_finite();
+    let values = || points.iter().flat_map(|point| [point.before_um, point.after_um]).filter(finite);
+    let largest = values().fold(scale_um, f64::max);
+    // A path starts at 0; lines start where the program does.
+    let x = Axis::linear(start.min(if start < 0.1 * end { 0.0 } else { start })..end, figure.place);
+    let y = if largest > LOG_ABOVE * scale_um {
+        Axis::logarithmic(LOG_FLOOR * scale_um..largest * 3.0, figure.quantity)
     } else {
-        let chart = builder.build_cartesian_2d(0.0..path_end, 0.0..largest * 1.3).ok()?;
-        curves(chart, figure, path_end, 0.0)?;
+        Axis::linear(0.0..largest * 1.14, figure.quantity)
+    };
+    let mut chart = Chart::new(figure.title);
+    let panel = chart.panel(TALL, x, y);
+    curve(&mut chart, &panel, points, |point| point.before_um, BEFORE);
+    curve(&mut chart, &panel, points, |point| point.after_um, AFTER);
+    chart.explain(Sample::Line(BEFORE), "before");
+    chart.explain(Sample::Line(AFTER), "after");
+    if let Some(level) = figure.tolerance_um {
+        chart.level(&panel, level, TOLERANCE);
+        chart.explain(Sample::Line(TOLERANCE), format!("tolerance {} µm", plain(level)));
     }
-    root.present().ok()
+    let worst = points
+        .iter()
+        .filter(|point| point.before_um.is_finite())
+        .max_by(|a, b| a.before_um.total_cmp(&b.before_um));
+    let mut description = format!("{}, before and after.", figure.quantity);
+    if let Some(worst) = worst {
+        let label = format!("line {}: {} µm before", worst.line, plain(worst.before_um));
+        chart.mark(&panel, (worst.path_mm, worst.before_um), &label);
+        let after = points.iter().map(|point| point.after_um).filter(finite).fold(0.0, f64::max);
+        description = format!("{description} Largest: {label}, {} µm after.", plain(after));
+    }
+    chart.finish(&description)
 }
 
-fn curves<'a, Y>(
-    mut chart: ChartContext<'a, SVGBackend<'a>, Cartesian2d<plotters::coord::types::RangedCoordf64, Y>>,
-    figure: &DeviationFigure<'_>,
-    path_end: f64,
-    floor: f64,
-) -> Option<()>
-where
-    Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
-{
-    mesh(&mut chart, "cutter-contact path [mm]", figure.quantity)?;
-    let curve = |value: fn(&DeviationPoint) -> f64| {
-        figure.points.iter().map(move |point| (point.path_mm, value(point).max(floor)))
+/// One curve, with a light area below it.
+fn curve(
+    chart: &mut Chart,
+    panel: &Panel,
+    points: &[DeviationPoint],
+    value: fn(&DeviationPoint) -> f64,
+    stroke: Stroke,
+) {
+    let all: Vec<(f64, f64)> = points.iter().map(|point| (point.path_mm, value(point))).collect();
+    let drawn = match envelope(&all, Chart::columns(panel)) {
+        Some(columns) => columns.into_iter().map(|(x, _, most)| (x, most)).collect(),
+        None => all,
     };
-    chart
-        .draw_series(LineSeries::new(curve(|point| point.before_um), BEFORE.stroke_width(1)))
-        .ok()?
-        .label("before")
-        .legend(swatch(BEFORE.stroke_width(3)));
-    chart
-        .draw_series(LineSeries::new(curve(|point| point.after_um), AFTER.stroke_width(1)))
-        .ok()?
-        .label("after")
-        .legend(swatch(AFTER.stroke_width(3)));
-    if let Some(level) = figure.tolerance_um {
-        let ends = [(0.0, level), (path_end, level)];
-        chart
-            .draw_series(DashedLineSeries::new(ends, 8, 5, MUTED.stroke_width(2)))
-            .ok()?
-            .label(format!("tolerance {} µm", plain(level)))
-            .legend(swatch(MUTED.stroke_width(2)));
-    }
-    let worst = figure.points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um));
-    if let Some(worst) = worst {
-        let label = format!("line {}: {} µm", worst.line, plain(worst.before_um));
-        let top = (worst.path_mm, worst.before_um.max(floor));
-        let mark = Mark { dot: BEFORE, text: BEFORE, is_left: worst.path_mm > 0.75 * path_end };
-        mark_worst(&mut chart, top, label, mark)?;
-    }
-    // The legend stays out of the worst block's half.
-    let right = worst.is_some_and(|worst| worst.path_mm > 0.5 * path_end);
-    legend(&mut chart, corner_opposite(right), 0.85)
+    chart.band(panel, drawn.iter().map(|(x, y)| (*x, f64::MIN, *y)), stroke.ink, 0.12);
+    chart.line(panel, drawn, stroke);
 }
 
 #[cfg(test)]
@@ -161,15 +151,16 @@ mod tests {
             points: &points,
             tolerance_um: Some(10.0),
             quantity: "deviation [µm]",
+            place: ALONG_CONTACT_PATH,
         };
-        let svg = deviation_along_path(&figure).expect("a figure");
+        let svg = deviation_along_path(&figure);
         let worst = points.iter().max_by(|a, b| a.before_um.total_cmp(&b.before_um)).expect("points");
         for part in
             ["path [mm]", "[µm]", "tolerance 10 µm", "before", "after", &format!("line {}:", worst.line)]
         {
             assert!(svg.contains(part), "{part}");
         }
-        assert_eq!(svg, deviation_along_path(&figure).expect("a figure"));
+        assert_eq!(svg, deviation_along_path(&figure));
     }
 
     #[test]
@@ -180,8 +171,9 @@ mod tests {
                 points: &points,
                 tolerance_um: Some(10.0),
                 quantity: "deviation [µm]",
+                place: ALONG_CONTACT_PATH,
             };
-            assert!(deviation_along_path(&figure).expect("a figure").ends_with("</svg>\n"));
+            assert!(deviation_along_path(&figure).ends_with("</svg>\n"));
         }
     }
 }

@@ -1,10 +1,8 @@
 //! Eccentricities of a calibration before and after compensation (P4 Table 1 as bars).
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::PlotFault;
-use super::style::{MUTED, SIZE, colour, frame, legend, mesh, range};
+use super::axis::{Axis, plain, range};
+use super::chart::{Chart, Sample, TALL};
+use super::svg::{Anchor, BLACK, INKS, Lettering, MUTED, Stroke};
 
 /// One eccentricity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,54 +26,42 @@ const NAMES: [&str; 3] = ["before", "linear errors compensated", "all compensate
 /// Width of a bar. Eccentricities are 1 apart.
 const BAR: f64 = 0.26;
 
-/// Draws three bars for each eccentricity. Same numbers, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn eccentricity_bars(figure: &EccentricityFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
-
-fn draw(figure: &EccentricityFigure<'_>, svg: &mut String) -> Option<()> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
+/// Draws three bars for each eccentricity, with their values. Same numbers, same bytes.
+#[must_use]
+pub fn eccentricity_bars(figure: &EccentricityFigure<'_>) -> String {
     let values = figure.bars.iter().flat_map(|bars| bars.values_um).chain([0.0]);
     let heights = range(values);
-    let mut builder = ChartBuilder::on(&root);
-    frame(&mut builder, figure.title);
-    builder.x_label_area_size(0);
-    let count = figure.bars.len().max(1) as f64;
-    // Space for the labels below and the legend above.
-    let span = heights.end - heights.start;
-    let (floor, top) = (heights.start - 0.12 * span, heights.end + 0.22 * span);
-    let mut chart = builder.build_cartesian_2d(-0.6..count - 0.4, floor..top).ok()?;
-    mesh(&mut chart, "", "eccentricity [µm]")?;
+    let labels: Vec<String> = figure.bars.iter().map(|bars| bars.label.to_owned()).collect();
+    let mut chart = Chart::new(figure.title);
+    let panel = chart.panel(TALL, Axis::named(labels, ""), Axis::linear(heights, "eccentricity [µm]"));
     for (index, name) in NAMES.into_iter().enumerate() {
-        let bars = figure.bars.iter().enumerate().filter_map(|(place, bars)| {
+        let ink = INKS[index];
+        for (place, bars) in figure.bars.iter().enumerate() {
             let value = bars.values_um[index];
             let left = place as f64 + BAR * (index as f64 - 1.5);
-            let corners = [(left, value.min(0.0)), (left + BAR, value.max(0.0))];
-            value.is_finite().then(|| Rectangle::new(corners, colour(index).filled()))
-        });
-        chart
-            .draw_series(bars)
-            .ok()?
-            .label(name)
-            .legend(move |(x, y)| Rectangle::new([(x, y - 5), (x + 16, y + 5)], colour(index).filled()));
+            let ends = [(left, 0.0, value), (left + 0.94 * BAR, 0.0, value)];
+            chart.band(&panel, ends, ink, 1.0);
+            let Some((x, y)) = panel.at((left + 0.47 * BAR, value)) else { continue };
+            // Beside the end of the bar, where it is read without the scale.
+            let y = if value < 0.0 { y + 14.0 } else { y - 5.0 };
+            if figure.bars.len() <= MOST_WITH_NUMBERS {
+                let lettering = Lettering::new(12.0, BLACK, Anchor::Middle).with_halo();
+                chart.drawing.text((x, y), &plain(value), lettering);
+            }
+        }
+        chart.explain(Sample::Area(ink, 1.0), name);
     }
-    let style = ("sans-serif", 14).into_font().color(&MUTED).pos(Pos::new(HPos::Center, VPos::Bottom));
-    let labels = figure
-        .bars
-        .iter()
-        .enumerate()
-        .map(|(place, bars)| Text::new(bars.label.to_owned(), (place as f64, floor), style.clone()));
-    chart.draw_series(labels).ok()?;
-    legend(&mut chart, SeriesLabelPosition::UpperRight, 0.85)?;
-    drop(chart);
-    root.present().ok()
+    chart.level(&panel, 0.0, Stroke::new(MUTED, 1.0));
+    let largest = [0, 1, 2]
+        .map(|index| plain(figure.bars.iter().map(|bars| bars.values_um[index].abs()).fold(0.0, f64::max)));
+    chart.finish(&format!(
+        "Eccentricities of each test. Largest: {} µm before, {} µm with the linear errors compensated, {} µm with all errors compensated.",
+        largest[0], largest[1], largest[2]
+    ))
 }
+
+/// The numbers of more bars would overlap.
+const MOST_WITH_NUMBERS: usize = 9;
 
 #[cfg(test)]
 mod tests {
@@ -87,12 +73,11 @@ mod tests {
             EccentricityBars { label: "C radial x", values_um: [6.7, 0.4, 0.4] },
             EccentricityBars { label: "A radial z", values_um: [-69.1, -3.3, -2.8] },
         ];
-        let svg = eccentricity_bars(&EccentricityFigure { title: "eccentricities", bars: &bars })
-            .expect("a figure");
+        let svg = eccentricity_bars(&EccentricityFigure { title: "eccentricities", bars: &bars });
         for part in ["C radial x", "A radial z", "before", "linear errors compensated", "all compensated"] {
             assert!(svg.contains(part), "{part}");
         }
-        let none = eccentricity_bars(&EccentricityFigure { title: "", bars: &[] }).expect("a figure");
+        let none = eccentricity_bars(&EccentricityFigure { title: "", bars: &[] });
         assert!(none.ends_with("</svg>\n"));
     }
 }

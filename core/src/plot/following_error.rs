@@ -1,9 +1,8 @@
 //! Following error of the axes over time (P2 Fig. 6, 8).
 
-use plotters::prelude::*;
-
-use super::PlotFault;
-use super::style::{MUTED, SIZE, colour, frame, legend, mesh, plain, range, right_axis, swatch};
+use super::axis::{Axis, plain, range};
+use super::chart::{Chart, HALF, Sample, TALL};
+use super::svg::{MUTED, Stroke};
 
 /// The following error of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,62 +28,49 @@ pub struct FollowingErrorFigure<'a> {
     pub judged_from_s: f64,
 }
 
-/// Draws the curves, with linear axes on the left scale and rotary axes on the right, and a line at the start of
-/// the judged part. Same numbers, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn following_error_over_time(figure: &FollowingErrorFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
+const START: Stroke = Stroke::new(MUTED, 1.2).dashed("6 4");
 
-fn draw(figure: &FollowingErrorFigure<'_>, svg: &mut String) -> Option<()> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
-    let errors = |linear: bool| {
-        let curves = figure.curves.iter().filter(move |curve| curve.is_linear == linear);
-        curves.flat_map(|curve| curve.errors.iter().copied())
-    };
+/// Draws the curves, those of linear axes above those of rotary axes, and a line at the start of the judged part. Same
+/// numbers, same bytes.
+#[must_use]
+pub fn following_error_over_time(figure: &FollowingErrorFigure<'_>) -> String {
     let end_s = figure.time_s.last().copied().unwrap_or(1.0).max(1e-6);
-    let (left, right) = (range(errors(true)), range(errors(false)));
-    let has_rotary = figure.curves.iter().any(|curve| !curve.is_linear);
-    let mut builder = ChartBuilder::on(&root);
-    frame(&mut builder, figure.title);
-    let mut chart = builder
-        .right_y_label_area_size(if has_rotary { 74 } else { 16 })
-        .build_cartesian_2d(0.0..end_s, left.clone())
-        .ok()?
-        .set_secondary_coord(0.0..end_s, right);
-    mesh(&mut chart, "time [s]", "following error of linear axes [µm]")?;
-    if has_rotary {
-        right_axis(&mut chart, "following error of rotary axes [µrad]", 14)?;
+    let of = |linear: bool| {
+        let curves = figure.curves.iter().enumerate();
+        curves.filter(move |(_, curve)| curve.is_linear == linear)
+    };
+    let kinds: Vec<bool> = [true, false].into_iter().filter(|linear| of(*linear).next().is_some()).collect();
+    let height = if kinds.len() > 1 { HALF } else { TALL };
+    let mut chart = Chart::new(figure.title);
+    let mut largest = Vec::new();
+    for (place, linear) in kinds.iter().copied().enumerate() {
+        let (kind, unit) = if linear { ("linear", "µm") } else { ("rotary", "µrad") };
+        let errors = of(linear).flat_map(|(_, curve)| curve.errors.iter().copied());
+        let time = if place + 1 == kinds.len() { "time [s]" } else { "" };
+        let y = Axis::linear(range(errors), format!("{kind} axes [{unit}]"));
+        let panel = chart.panel(height, Axis::linear(0.0..end_s, time), y);
+        if figure.judged_from_s > 0.0 {
+            chart.upright(&panel, figure.judged_from_s, START);
+        }
+        for (index, curve) in of(linear) {
+            let stroke = Stroke::of_curve(index);
+            chart.line(&panel, figure.time_s.iter().copied().zip(curve.errors.iter().copied()), stroke);
+            chart.explain(Sample::Line(stroke), format!("{} [{unit}]", curve.axis));
+            let most = curve
+                .errors
+                .iter()
+                .filter(|error| error.is_finite())
+                .fold(0.0, |most: f64, error| most.max(error.abs()));
+            largest.push(format!("{} {} {unit}", curve.axis, plain(most)));
+        }
+    }
+    if kinds.is_empty() {
+        chart.panel(TALL, Axis::linear(0.0..end_s, "time [s]"), Axis::linear(-1.0..1.0, ""));
     }
     if figure.judged_from_s > 0.0 {
-        let at = [(figure.judged_from_s, left.start), (figure.judged_from_s, left.end)];
-        chart
-            .draw_series(DashedLineSeries::new(at, 6, 4, MUTED.stroke_width(1)))
-            .ok()?
-            .label(format!("judged from {} s", plain(figure.judged_from_s)))
-            .legend(swatch(MUTED.stroke_width(1)));
+        chart.explain(Sample::Line(START), format!("judged from {} s", plain(figure.judged_from_s)));
     }
-    for (index, curve) in figure.curves.iter().enumerate() {
-        let points = figure.time_s.iter().copied().zip(curve.errors.iter().copied());
-        let line =
-            LineSeries::new(points.filter(|(_, error)| error.is_finite()), colour(index).stroke_width(1));
-        let unit = if curve.is_linear { "µm" } else { "µrad" };
-        let label = format!("{} [{unit}]", curve.axis);
-        let drawn = if curve.is_linear {
-            chart.draw_series(line).ok()?
-        } else {
-            chart.draw_secondary_series(line).ok()?
-        };
-        drawn.label(label).legend(swatch(colour(index).stroke_width(3)));
-    }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;
-    drop(chart);
-    root.present().ok()
+    chart.finish(&format!("Following error of each axis over time. Largest: {}.", largest.join(", ")))
 }
 
 #[cfg(test)]
@@ -102,11 +88,11 @@ mod tests {
         ];
         let figure =
             FollowingErrorFigure { title: "circle", time_s: &time_s, curves: &curves, judged_from_s: 1.0 };
-        let svg = following_error_over_time(&figure).expect("a figure");
+        let svg = following_error_over_time(&figure);
         for part in ["time [s]", "[µm]", "[µrad]", "X [µm]", "C [µrad]", "judged from 1 s"] {
             assert!(svg.contains(part), "{part}");
         }
-        assert_eq!(svg, following_error_over_time(&figure).expect("a figure"));
+        assert_eq!(svg, following_error_over_time(&figure));
     }
 
     #[test]
@@ -115,7 +101,7 @@ mod tests {
         let curves = [FollowingErrorCurve { axis: 'A', is_linear: false, errors: &odd }];
         for (time_s, curves) in [(&[][..], &[][..]), (&[0.0, 1.0, 2.0][..], &curves[..])] {
             let figure = FollowingErrorFigure { title: "", time_s, curves, judged_from_s: 0.0 };
-            let svg = following_error_over_time(&figure).expect("a figure");
+            let svg = following_error_over_time(&figure);
             assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
         }
     }

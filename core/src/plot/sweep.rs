@@ -1,10 +1,8 @@
 //! A sweep of gains and feeds, as a family of curves and as a map.
 
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::PlotFault;
-use super::style::{COLOURS, SIZE, colour, frame, legend, mesh, plain, range, right_axis, swatch};
+use super::axis::{Axis, plain, range, range_from_zero};
+use super::chart::{Chart, Sample, TALL, WIDTH, colour_bar};
+use super::svg::{Anchor, BLACK, Dot, INKS, Lettering, PAPER, Shade, Stroke, width_of};
 
 /// The content of the figures.
 #[derive(Debug, Clone, Copy)]
@@ -21,26 +19,10 @@ pub struct SweepFigure<'a> {
     pub max_abs_um: &'a [Vec<Option<f64>>],
 }
 
-/// Ends and middle of a colour ramp from low to high, even in lightness (after Viridis).
+/// A colour ramp from low to high, even in lightness (after Viridis): large errors are dark, also in print.
 const RAMP: [[f64; 3]; 5] =
     [[253.0, 231.0, 37.0], [94.0, 201.0, 98.0], [33.0, 145.0, 140.0], [59.0, 82.0, 139.0], [68.0, 1.0, 84.0]];
-const NOTHING: RGBColor = RGBColor(235, 235, 235);
-/// Steps of the colour bar.
-const BAR_STEPS: u32 = 64;
-
-fn ramp(share: f64) -> RGBColor {
-    let place = share.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 4")]
-    let below = (place as usize).min(RAMP.len() - 2);
-    let between = place - below as f64;
-    let channel = |k: usize| {
-        let value = RAMP[below][k] + (RAMP[below + 1][k] - RAMP[below][k]) * between;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 0 and 255")]
-        let value = value.round() as u8;
-        value
-    };
-    RGBColor(channel(0), channel(1), channel(2))
-}
+const NOTHING: Shade = Shade([150, 150, 150]);
 
 fn cells<'a>(figure: &SweepFigure<'a>) -> impl Iterator<Item = f64> + use<'a> {
     figure.max_abs_um.iter().flatten().flatten().copied().filter(|value| value.is_finite())
@@ -48,153 +30,110 @@ fn cells<'a>(figure: &SweepFigure<'a>) -> impl Iterator<Item = f64> + use<'a> {
 
 /// Draws the largest contour error over the feed, one curve for each row. If there are more rows than colours, it
 /// draws as many rows as there are colours, evenly chosen, with the first and the last. Same numbers, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn sweep_curves(figure: &SweepFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw_curves(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
-
-fn draw_curves(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
+#[must_use]
+pub fn sweep_curves(figure: &SweepFigure<'_>) -> String {
     let rows = figure.max_abs_um.len();
-    let drawn = rows.min(COLOURS.len());
+    let drawn = rows.min(INKS.len());
     let title = if drawn < rows {
         format!("{} ({drawn} of {rows} gains drawn)", figure.title)
     } else {
         figure.title.to_owned()
     };
-    let feeds = range(figure.feeds.iter().copied());
-    let errors = range(cells(figure).chain([0.0]));
-    let mut builder = ChartBuilder::on(&root);
-    frame(&mut builder, &title);
-    let mut chart = builder.build_cartesian_2d(feeds, errors).ok()?;
-    mesh(&mut chart, &format!("feed [{}]", figure.feed_unit), "largest contour error [µm]")?;
+    let x = Axis::linear(range(figure.feeds.iter().copied()), format!("feed [{}]", figure.feed_unit));
+    let y = Axis::linear(range_from_zero(cells(figure)), "largest contour error [µm]");
+    let mut chart = Chart::new(&title);
+    let panel = chart.panel(TALL, x, y);
     for index in 0..drawn {
         let row = if drawn > 1 { index * (rows - 1) / (drawn - 1) } else { 0 };
-        let cells = figure.max_abs_um.get(row)?;
-        let style = colour(index).stroke_width(2);
+        let Some(cells) = figure.max_abs_um.get(row) else { continue };
+        let stroke = Stroke::of_curve(index);
         // A missing cell interrupts the curve.
-        let mut parts: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
-        for (feed, cell) in figure.feeds.iter().zip(cells) {
-            match (cell, parts.last_mut()) {
-                (Some(error), Some(part)) if error.is_finite() => part.push((*feed, *error)),
-                _ => parts.push(Vec::new()),
-            }
-        }
+        let mut points: Vec<(f64, f64)> =
+            figure.feeds.iter().zip(cells).map(|(feed, cell)| (*feed, cell.unwrap_or(f64::NAN))).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        chart.line(&panel, points.iter().copied(), stroke);
+        chart.dots(&panel, points, 3.5, Dot::Disk(stroke.ink));
         let label = figure.gains.get(row).map_or("", String::as_str);
-        for (k, part) in parts.into_iter().enumerate() {
-            let dots: Vec<_> = part.iter().map(|at| Circle::new(*at, 3, colour(index).filled())).collect();
-            let line = chart.draw_series(LineSeries::new(part, style)).ok()?;
-            if k == 0 {
-                line.label(label).legend(swatch(colour(index).stroke_width(3)));
-            }
-            chart.draw_series(dots).ok()?;
-        }
+        chart.explain(Sample::Dotted(stroke, Dot::Disk(stroke.ink)), label);
     }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;
-    drop(chart);
-    root.present().ok()
-}
-
-/// Draws the grid as coloured cells with a colour bar, and marks the cell with the least error. Cells without a
-/// result stay grey. Same numbers, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn sweep_map(figure: &SweepFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw_map(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
-
-fn draw_map(figure: &SweepFigure<'_>, svg: &mut String) -> Option<()> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
-    let (rows, columns) = (figure.max_abs_um.len().max(1) as f64, figure.feeds.len().max(1) as f64);
-    let most = cells(figure).fold(0.0, f64::max);
-    let (area, bar) = root.split_horizontally(SIZE.0 - 130);
-    let name_of = |place: f64, names: &dyn Fn(usize) -> Option<String>| {
-        // Whole numbers are the middles of cells; other positions get no label.
-        if (place - place.round()).abs() > 1e-6 {
-            return String::new();
-        }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "not negative, saturating"
-        )]
-        let index = place.round().max(0.0) as usize;
-        names(index).unwrap_or_default()
-    };
-    let feed_name = |index: usize| figure.feeds.get(index).map(|feed| plain(*feed));
-    let gain_name = |index: usize| figure.gains.get(index).cloned();
-    let mut chart = ChartBuilder::on(&area)
-        .caption(figure.title, ("sans-serif", 18))
-        .margin(16)
-        .x_label_area_size(48)
-        .y_label_area_size(130)
-        .build_cartesian_2d(-0.5..columns - 0.5, -0.5..rows - 0.5)
-        .ok()?;
     chart
-        .configure_mesh()
-        .disable_mesh()
-        .x_desc(format!("feed [{}]", figure.feed_unit))
-        .x_labels(figure.feeds.len().clamp(2, 11))
-        .y_labels(figure.gains.len().clamp(2, 13))
-        .label_style(("sans-serif", 13))
-        .axis_desc_style(("sans-serif", 15))
-        .x_label_formatter(&|place| name_of(*place, &feed_name))
-        .y_label_formatter(&|place| name_of(*place, &gain_name))
-        .draw()
-        .ok()?;
-    let mut best: Option<(f64, (f64, f64))> = None;
-    let mut boxes = Vec::new();
+        .finish(&format!("Largest contour error over the feed, one curve for each gain. {}", best_of(figure)))
+}
+
+/// The least error and where it is, in words.
+fn best_of(figure: &SweepFigure<'_>) -> String {
+    best(figure).map_or_else(String::new, |(least_um, row, column)| {
+        let gain = figure.gains.get(row).map_or("", String::as_str);
+        let feed = figure.feeds.get(column).copied().unwrap_or(0.0);
+        format!("Least: {} µm with {gain} at {} {}.", plain(least_um), plain(feed), figure.feed_unit)
+    })
+}
+
+/// The least error with its row and column, the first of equal ones.
+fn best(figure: &SweepFigure<'_>) -> Option<(f64, usize, usize)> {
+    let rows = figure.max_abs_um.iter().enumerate();
+    rows.flat_map(|(row, cells)| cells.iter().enumerate().map(move |(column, cell)| (*cell, row, column)))
+        .filter_map(|(cell, row, column)| Some((cell.filter(|value| value.is_finite())?, row, column)))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// Space for the colour scale.
+const SCALE: f64 = 130.0;
+/// A cell needs this much space for its number.
+const NUMBER_PX: (f64, f64) = (6.0, 16.0);
+
+/// Draws the grid as coloured cells with their numbers and a colour scale, and frames the cell with the least error.
+/// Cells without a result are grey. Same numbers, same bytes.
+#[must_use]
+pub fn sweep_map(figure: &SweepFigure<'_>) -> String {
+    let (rows, columns) = (figure.max_abs_um.len().max(1), figure.feeds.len().max(1));
+    let most = cells(figure).fold(0.0, f64::max);
+    let names = |values: &[f64]| values.iter().map(|value| plain(*value)).collect::<Vec<_>>();
+    let mut chart = Chart::new(figure.title);
+    let widest = figure.gains.iter().map(|gain| width_of(gain, 13.0)).fold(44.0, f64::max);
+    let left = 54.0 + widest.min(0.3 * WIDTH);
+    let top = chart.take(TALL + 64.0) + 10.0;
+    let place = [left, top, WIDTH - left - SCALE, TALL];
+    let x = Axis::named(names(figure.feeds), format!("feed [{}]", figure.feed_unit));
+    let panel = chart.panel_in(place, x, Axis::named(figure.gains.to_vec(), "gains"));
+    let (width, height) = (place[2] / columns as f64, place[3] / rows as f64);
+    let shade = |value: f64| Shade::between(&RAMP, if most > 0.0 { value / most } else { 0.0 });
+    let corner = |row: usize, column: usize| {
+        (left + column as f64 * width, top + place[3] - (row + 1) as f64 * height)
+    };
     for (row, cells) in figure.max_abs_um.iter().enumerate() {
         for (column, cell) in cells.iter().enumerate() {
-            let (x, y) = (column as f64, row as f64);
+            let (x, y) = corner(row, column);
             let value = cell.filter(|value| value.is_finite());
-            let fill = value.map_or(NOTHING, |value| ramp(if most > 0.0 { value / most } else { 0.0 }));
-            boxes.push(Rectangle::new([(x - 0.5, y - 0.5), (x + 0.5, y + 0.5)], fill.filled()));
-            if let Some(value) = value
-                && best.is_none_or(|(least, _)| value < least)
-            {
-                best = Some((value, (x, y)));
+            let shade = value.map_or(NOTHING, shade);
+            chart.drawing.boxes(&[[x, y, width, height]], &shade);
+            let text = value.map_or_else(|| "–".to_owned(), plain);
+            if width_of(&text, 12.0) + NUMBER_PX.0 <= width && height >= NUMBER_PX.1 {
+                let lettering = Lettering::new(12.0, shade.ink(), Anchor::Middle);
+                chart.drawing.text((x + 0.5 * width, y + 0.5 * height + 4.0), &text, lettering);
             }
         }
     }
-    chart.draw_series(boxes).ok()?;
-    if let Some((least_um, at)) = best {
-        let (anchor, shift) = if at.0 > 0.7 * columns { (HPos::Right, -9) } else { (HPos::Left, 9) };
-        let style = ("sans-serif", 14).into_font().color(&BLACK).pos(Pos::new(anchor, VPos::Center));
-        let mark = EmptyElement::at(at)
-            + Circle::new((0, 0), 6, BLACK.stroke_width(2))
-            + Text::new(format!("{} µm", plain(least_um)), (shift, 0), style);
-        chart.draw_series(std::iter::once(mark)).ok()?;
+    if let Some((least_um, row, column)) = best(figure) {
+        let (x, y) = corner(row, column);
+        let ends = [(x, y), (x + width, y), (x + width, y + height), (x, y + height), (x, y)];
+        // White beside black is seen on every colour.
+        chart.drawing.line(&ends, Stroke::new(PAPER, 5.0));
+        chart.drawing.line(&ends, Stroke::new(BLACK, 2.5));
+        chart.explain(Sample::Line(Stroke::new(BLACK, 2.5)), format!("least error: {} µm", plain(least_um)));
     }
-    drop(chart);
-    let top = if most > 0.0 { most } else { 1.0 };
-    let mut chart = ChartBuilder::on(&bar)
-        .margin_top(44)
-        .margin_bottom(64)
-        .margin_left(8)
-        .right_y_label_area_size(72)
-        .build_cartesian_2d(0.0..1.0, 0.0..top)
-        .ok()?
-        .set_secondary_coord(0.0..1.0, 0.0..top);
-    let step = top / f64::from(BAR_STEPS);
-    chart
-        .draw_series((0..BAR_STEPS).map(|k| {
-            let from = f64::from(k) * step;
-            Rectangle::new([(0.0, from), (1.0, from + step)], ramp((from + 0.5 * step) / top).filled())
-        }))
-        .ok()?;
-    right_axis(&mut chart, "largest contour error [µm]", 13)?;
-    drop(chart);
-    root.present().ok()
+    if figure.max_abs_um.iter().flatten().any(Option::is_none) {
+        chart.explain(Sample::Note, "grey, –: no result");
+    }
+    chart.explain(Sample::Note, "numbers: largest contour error [µm]");
+    let top_um = if most > 0.0 { most } else { 1.0 };
+    let marks = Axis::linear(0.0..top_um, "").marks(6.0);
+    let marks: Vec<_> = marks.into_iter().map(|(value, text)| (value / top_um, text)).collect();
+    let bar = [WIDTH - SCALE + 34.0, top, 20.0, TALL];
+    colour_bar(&mut chart, bar, |share| Shade::between(&RAMP, share), &marks);
+    chart.drawing.text((bar[0], top - 8.0), "µm", Lettering::new(13.0, BLACK, Anchor::Start));
+    drop(panel);
+    chart.finish(&format!("Largest contour error for each gain and feed. {}", best_of(figure)))
 }
 
 #[cfg(test)]
@@ -225,17 +164,17 @@ mod tests {
             feeds: &feeds,
             max_abs_um: &cells,
         };
-        let curves = sweep_curves(&figure).expect("a figure");
+        let curves = sweep_curves(&figure);
         for part in ["feed [mm/min]", "[µm]", "C × 0.6", "6 of 9 gains drawn"] {
             assert!(curves.contains(part), "{part}");
         }
-        let map = sweep_map(&figure).expect("a figure");
+        let map = sweep_map(&figure);
         // 300 · 0.01 · 0.1 at the matched gain.
         for part in ["feed [mm/min]", "largest contour error [µm]", "0.3 µm", "C × 1"] {
             assert!(map.contains(part), "{part}");
         }
-        assert_eq!(map, sweep_map(&figure).expect("a figure"));
-        assert_eq!(curves, sweep_curves(&figure).expect("a figure"));
+        assert_eq!(map, sweep_map(&figure));
+        assert_eq!(curves, sweep_curves(&figure));
     }
 
     #[test]
@@ -255,7 +194,6 @@ mod tests {
                 max_abs_um: &cells,
             };
             for svg in [sweep_curves(&figure), sweep_map(&figure)] {
-                let svg = svg.expect("a figure");
                 assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
             }
         }

@@ -1,9 +1,8 @@
 //! The wear of a cutter over the parts it cut, and its prediction.
 
-use plotters::prelude::*;
-
-use super::PlotFault;
-use super::style::{MUTED, SIZE, colour, frame, legend, mesh, plain, range, swatch};
+use super::axis::{Axis, plain, range, range_from_zero};
+use super::chart::{Chart, Panel, Sample, TALL};
+use super::svg::{BLACK, Dot, INKS, Stroke};
 
 /// The predicted wear at one number of parts \[µm\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,21 +70,8 @@ pub struct WearTrendFigure<'a> {
 /// Draws the entries as dots, with the fitted course through them. The prediction is two bands of 95 %; the inner
 /// band, with a dashed median, holds if no new stage of wear begins. On the limit are two bars from the early to
 /// the late end, with a dot at the estimate; the thick bar holds if no new stage begins. Same numbers, same bytes.
-///
-/// # Errors
-/// The drawing library fails.
-pub fn wear_trend(figure: &WearTrendFigure<'_>) -> Result<String, PlotFault> {
-    let mut svg = String::new();
-    draw(figure, &mut svg).ok_or(PlotFault)?;
-    Ok(svg)
-}
-
-/// A limit or a band higher than this multiple of the measured wear would make the measured course look flat.
-const HIGHEST: f64 = 4.0;
-
-fn draw(figure: &WearTrendFigure<'_>, svg: &mut String) -> Option<()> {
-    let root = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    root.fill(&WHITE).ok()?;
+#[must_use]
+pub fn wear_trend(figure: &WearTrendFigure<'_>) -> String {
     let edges = figure.edges;
     let dots = || edges.iter().flat_map(|edge| edge.dots.iter().chain(&edge.line)).copied();
     let ahead = || edges.iter().flat_map(|edge| &edge.ahead);
@@ -95,68 +81,82 @@ fn draw(figure: &WearTrendFigure<'_>, svg: &mut String) -> Option<()> {
     let band_ends = ahead().flat_map(WearBand::all_um).map(|wear| wear.clamp(0.0, ceiling_um));
     // Up to the limit and a little above it: wear far above it is never reached.
     let top_um = limit_um.map_or(ceiling_um, |limit| f64::max(1.25 * limit, most_um));
-    let heights =
-        range(dots().map(|(_, wear)| wear).chain(band_ends.map(|wear| wear.min(top_um))).chain(limit_um));
+    let heights = range_from_zero(
+        dots().map(|(_, wear)| wear).chain(band_ends.map(|wear| wear.min(top_um))).chain(limit_um),
+    );
     let places = range(dots().map(|(parts, _)| parts).chain(ahead().map(|band| band.parts)));
-    let mut builder = ChartBuilder::on(&root);
-    frame(&mut builder, figure.title);
-    let mut chart = builder.build_cartesian_2d(places.clone(), heights.clone()).ok()?;
-    mesh(&mut chart, "parts cut", figure.wear_name)?;
-    let inside = |wear: f64| wear.clamp(heights.start, heights.end);
+    let parts = Axis::linear(places.start.max(0.0_f64.min(places.end - 1e-6))..places.end, "parts cut");
+    let mut chart = Chart::new(figure.title);
+    let panel = chart.panel(TALL, parts, Axis::linear(heights.clone(), figure.wear_name));
     for (index, edge) in edges.iter().enumerate() {
-        let sound = |(parts, wear): &(f64, f64)| parts.is_finite() && wear.is_finite();
-        let band: Vec<WearBand> = edge.ahead.iter().copied().filter(WearBand::is_sound).collect();
-        if band.len() > 1 {
-            let outline = |ends: fn(&WearBand) -> [f64; 2]| -> Vec<(f64, f64)> {
-                let low = band.iter().map(|band| (band.parts, inside(ends(band)[0])));
-                low.chain(band.iter().rev().map(|band| (band.parts, inside(ends(band)[1])))).collect()
-            };
-            let bands = [outline(|band| band.ends_um), outline(|band| band.same_stage_um)];
-            chart.draw_series(bands.map(|outline| Polygon::new(outline, colour(index).mix(0.11)))).ok()?;
-            let middle = band.iter().map(|band| (band.parts, band.middle_um));
-            let middle: Vec<(f64, f64)> = middle.filter(|(_, wear)| *wear <= heights.end).collect();
-            if middle.len() > 1 {
-                chart.draw_series(DashedLineSeries::new(middle, 6, 4, colour(index).stroke_width(2))).ok()?;
-            }
-        }
-        let line = edge.line.iter().copied().filter(sound);
-        chart
-            .draw_series(LineSeries::new(line, colour(index).stroke_width(2)))
-            .ok()?
-            .label(&edge.label)
-            .legend(swatch(colour(index).stroke_width(3)));
-        let dots = edge.dots.iter().copied().filter(sound);
-        chart.draw_series(dots.map(|at| Circle::new(at, 3, colour(index).filled()))).ok()?;
+        let stroke = Stroke::of_curve(index);
+        prediction(&mut chart, &panel, edge, stroke, heights.end);
+        chart.line(&panel, edge.line.iter().copied(), stroke);
+        chart.dots(&panel, edge.dots.iter().copied(), 3.0, Dot::Disk(stroke.ink));
+        chart.explain(Sample::Dotted(stroke, Dot::Disk(stroke.ink)), edge.label.as_str());
     }
+    if let Some(ink) =
+        edges.iter().position(|edge| edge.ahead.len() > 1).map(|index| INKS[index % INKS.len()])
+    {
+        chart.explain(Sample::Line(Stroke::new(ink, 1.8).dashed(MEDIAN)), "predicted median");
+        chart.explain(Sample::Area(ink, INNER), "95 % if no new stage of wear begins");
+        chart.explain(Sample::Area(ink, OUTER), "95 % whatever comes next");
+    }
+    let mut description = format!("{} over the parts cut: {} µm measured.", figure.wear_name, plain(most_um));
     if let Some(limit_um) = limit_um {
-        let ends = [(places.start, limit_um), (places.end, limit_um)];
-        chart
-            .draw_series(DashedLineSeries::new(ends, 8, 5, MUTED.stroke_width(2)))
-            .ok()?
-            .label(format!("limit {} µm", plain(limit_um)))
-            .legend(swatch(MUTED.stroke_width(2)));
-        if let Some(end) = figure.end {
-            let within = |parts: Option<f64>| {
-                (parts.map_or(places.end, |parts| parts.clamp(places.start, places.end)), limit_um)
-            };
-            for (ends, width, label) in [
-                (end.ends, 2, "the limit is reached (95 %)"),
-                (end.same_stage, 5, "the same if no new stage begins"),
-            ] {
-                let [early, late] = ends.map(within);
-                chart
-                    .draw_series(std::iter::once(PathElement::new([early, late], BLACK.stroke_width(width))))
-                    .ok()?
-                    .label(label)
-                    .legend(swatch(BLACK.stroke_width(width)));
+        chart.level(&panel, limit_um, LIMIT);
+        chart.explain(Sample::Line(LIMIT), format!("limit {} µm", plain(limit_um)));
+        if let Some(end) = &figure.end {
+            let shown = places.start.max(0.0)..places.end;
+            life(&mut chart, &panel, end, limit_um, &shown);
+            if let Some(parts) = end.estimate.filter(|parts| parts.is_finite()) {
+                let parts = plain(parts.round());
+                description = format!(
+                    "{description} The limit of {} µm is expected at {parts} parts.",
+                    plain(limit_um)
+                );
             }
-            let at = end.estimate.filter(|parts| places.contains(parts));
-            chart.draw_series(at.map(|parts| Circle::new((parts, limit_um), 5, BLACK.filled()))).ok()?;
         }
     }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft, 0.85)?;
-    drop(chart);
-    root.present().ok()
+    chart.finish(&description)
+}
+
+/// A limit or a band higher than this multiple of the measured wear would make the measured course look flat.
+const HIGHEST: f64 = 4.0;
+const LIMIT: Stroke = Stroke::new(BLACK, 1.4).dashed("9 5");
+const MEDIAN: &str = "6 4";
+/// Opacities of the bands. The inner band is drawn over the outer one.
+const INNER: f64 = 0.3;
+const OUTER: f64 = 0.14;
+
+fn prediction(chart: &mut Chart, panel: &Panel, edge: &WearEdgeCurve, stroke: Stroke, top_um: f64) {
+    let sound: Vec<WearBand> = edge.ahead.iter().copied().filter(WearBand::is_sound).collect();
+    if sound.len() < 2 {
+        return;
+    }
+    let band = |ends: fn(&WearBand) -> [f64; 2]| {
+        let ends = sound.iter().map(move |band| (band.parts, ends(band)));
+        ends.map(|(parts, [low, high])| (parts, low, high)).collect::<Vec<_>>()
+    };
+    chart.band(panel, band(|band| band.ends_um), stroke.ink, OUTER);
+    chart.band(panel, band(|band| band.same_stage_um), stroke.ink, INNER - OUTER);
+    let middle = sound.iter().map(|band| (band.parts, band.middle_um)).filter(|(_, wear)| *wear <= top_um);
+    chart.line(panel, middle, stroke.dashed(MEDIAN));
+}
+
+/// When the limit is reached: bars on the limit.
+fn life(chart: &mut Chart, panel: &Panel, end: &WearEnd, limit_um: f64, shown: &std::ops::Range<f64>) {
+    let bar = |ends: [Option<f64>; 2]| {
+        let within = |parts: f64| parts.clamp(shown.start, shown.end);
+        ends.map(|parts| (parts.filter(|parts| parts.is_finite()).map_or(shown.end, within), limit_um))
+    };
+    let (thin, thick) = (Stroke::new(BLACK, 2.0), Stroke::new(BLACK, 6.0));
+    chart.line(panel, bar(end.ends), thin);
+    chart.explain(Sample::Line(thin), "the limit is reached (95 %)");
+    chart.line(panel, bar(end.same_stage), thick);
+    chart.explain(Sample::Line(thick), "the same if no new stage begins");
+    let at = end.estimate.filter(|parts| shown.contains(parts));
+    chart.dots(panel, at.map(|parts| (parts, limit_um)), 5.0, Dot::Ring(BLACK));
 }
 
 #[cfg(test)]
@@ -192,15 +192,17 @@ mod tests {
             limit_um: Some(70.0),
             end: Some(end),
         };
-        let svg = wear_trend(&figure).expect("a figure");
+        let svg = wear_trend(&figure);
         for part in
             ["limit 70 µm", "edge 1", "parts cut", "reached (95 %)", "if no new stage begins", "<polygon"]
         {
             assert!(svg.contains(part), "{part}");
         }
-        assert_eq!(svg.matches("<circle").count(), 21);
-        assert_eq!(svg.matches("<polygon").count(), 4);
-        assert_eq!(svg, wear_trend(&figure).expect("a figure"));
+        // Twenty entries, the estimate, and the samples of two edges.
+        assert_eq!(svg.matches("<circle").count(), 23);
+        // Two bands of each edge, and two samples.
+        assert_eq!(svg.matches("<polygon").count(), 6);
+        assert_eq!(svg, wear_trend(&figure));
     }
 
     #[test]
@@ -214,7 +216,7 @@ mod tests {
                 limit_um: Some(50.0),
                 end: Some(end),
             };
-            let svg = wear_trend(&figure).expect("a figure");
+            let svg = wear_trend(&figure);
             assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"));
         }
     }

@@ -1,5 +1,7 @@
 //! The figures of calibration runs.
 
+use std::collections::BTreeSet;
+
 use axum::response::{IntoResponse, Response};
 use http::header::CONTENT_TYPE;
 use jiff::Timestamp;
@@ -11,8 +13,8 @@ use crate::http::AppState;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::evaluate_ballbar;
 use crate::plot::{
-    EccentricityBars, EccentricityFigure, PlotFault, PolarCurve, PolarFigure, TrendFigure, TrendMark,
-    calibration_trend, eccentricity_bars, polar_contour,
+    EccentricityBars, EccentricityFigure, PolarCurve, PolarFigure, TrendFigure, TrendMark, calibration_trend,
+    eccentricity_bars, polar_contour,
 };
 use crate::store::CalibrationRow;
 use crate::units::UM_PER_MM;
@@ -54,7 +56,7 @@ impl CalibrationFigure {
                 return Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("/plot", detail)]));
             }
             CalibrationPlot::Eccentricities => {
-                app.compute.run(move |_stop| eccentricities(&run.document)).await??
+                app.compute.run(move |_stop| eccentricities(&run.document)).await?
             }
             CalibrationPlot::Residuals => {
                 let test = self.test.unwrap_or(0);
@@ -71,8 +73,9 @@ impl CalibrationFigure {
 }
 
 /// The bars of a run.
-pub(super) fn eccentricities(document: &CalibrationDocument) -> Result<String, PlotFault> {
-    let title = format!("{}, measured {}", document.machine_id, document.measured_at);
+pub(super) fn eccentricities(document: &CalibrationDocument) -> String {
+    let title =
+        format!("{}: eccentricities, measured {}", document.machine_id, minute(&document.measured_at));
     let mut labelled: Vec<(String, [f64; 3])> = Vec::new();
     if let Some(ball_bar) = &document.ball_bar {
         let rows = &ball_bar.eccentricities_um;
@@ -122,7 +125,7 @@ pub(super) async fn residuals(
             let found = evaluate_ballbar(&request, &machine)
                 .map_err(|_stored_is_sound| Problem::internal(&"a stored run is no longer accepted"))?;
             let tests = request.tests.iter().flatten().zip(&found.residuals_mm).enumerate();
-            tests
+            Ok(tests
                 .filter(|(index, _)| only.is_none_or(|only| only == *index))
                 .filter_map(|(_, (test, residuals_mm))| {
                     let readings = test.readings.as_ref()?;
@@ -131,26 +134,55 @@ pub(super) async fn residuals(
                         .zip(residuals_mm)
                         .map(|(reading, mm)| (reading.angle_deg.to_radians(), mm * UM_PER_MM))
                         .collect();
-                    let name = format!("{} {}", test.rotary_axis, test.bar_direction.as_str());
-                    let figure = PolarFigure {
-                        title: &format!("{name}: measured minus fitted"),
+                    let (there, back) = there_and_back(&points);
+                    let curves = [
+                        PolarCurve { label: "there: the axis turns forwards", points: there },
+                        PolarCurve { label: "back: the axis turns backwards", points: back },
+                    ];
+                    let direction = test.bar_direction.as_str();
+                    let title = format!("{} axis, bar {direction}: measured minus fitted", test.rotary_axis);
+                    Some(polar_contour(&PolarFigure {
+                        title: &title,
+                        circle: "bar as fitted (outside: bar longer)",
                         radius_mm: request.bar_length_mm.unwrap_or(1.0),
-                        curves: &[PolarCurve { label: "residual, outward = bar longer", points: &points }],
+                        curves: if back.is_empty() { &curves[..1] } else { &curves },
                         oval: None,
-                    };
-                    Some(polar_contour(&figure))
+                    }))
                 })
-                .collect::<Result<Vec<_>, PlotFault>>()
-                .map_err(Problem::from)
+                .collect())
         })
         .await?
 }
 
+/// The readings until the axis turns back, and the others.
+fn there_and_back(points: &[(f64, f64)]) -> (&[(f64, f64)], &[(f64, f64)]) {
+    let turns = |pair: &[(f64, f64)]| pair.iter().map(|(angle, _)| *angle).reduce(|from, to| to - from);
+    let first = points.windows(2).filter_map(turns).find(|turn| *turn != 0.0).unwrap_or(0.0);
+    let back = points.windows(2).position(|pair| turns(pair).is_some_and(|turn| turn * first < 0.0));
+    // Both have the reading at which the axis turns back; it is measured twice or once.
+    points.split_at(back.map_or(points.len(), |last| last + 1))
+}
+
+/// Date, hour and minute of a time as RFC 3339 writes it.
+fn minute(time: &str) -> String {
+    time.get(..16).map_or_else(|| time.to_owned(), |minute| minute.replace('T', " ") + " UTC")
+}
+
+/// The values beside the runs of a trend.
+#[derive(Debug, Clone, Default)]
+pub(super) struct TrendContext {
+    /// Ids of the runs whose errors a revision of the profile has.
+    pub(super) applied: BTreeSet<String>,
+    /// The value in the profile, and its revision.
+    pub(super) profile: Option<(f64, i64)>,
+    /// The largest allowed size of the error.
+    pub(super) tolerance: Option<f64>,
+}
+
 /// The figure of a trend.
-pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
-    let time = |text: &str| text.parse::<Timestamp>().map_or(0.0, |time| time.as_second() as f64);
-    let first = trend.points.first().map_or("", |point| point.measured_at.as_str());
-    let start_s = time(first);
+pub(super) fn trend_figure(trend: &Trend, context: &TrendContext) -> String {
+    let days =
+        |text: &str| text.parse::<Timestamp>().map_or(0.0, |time| time.as_second() as f64) / SECONDS_PER_DAY;
     // Counted from the last run, which is always drawn.
     let every = trend.points.len().div_ceil(MOST_DRAWN).max(1);
     let last = trend.points.len().saturating_sub(1);
@@ -158,22 +190,44 @@ pub(super) fn trend_figure(trend: &Trend) -> Result<String, PlotFault> {
     let runs: Vec<TrendMark> = drawn
         .map(|(_, point)| point)
         .map(|point| TrendMark {
-            days: (time(&point.measured_at) - start_s) / SECONDS_PER_DAY,
+            days: days(&point.measured_at),
             value: point.value,
             standard_uncertainty: point.standard_uncertainty,
             identifiable: point.identifiable,
+            applied: context.applied.contains(&point.calibration_id),
         })
         .collect();
     let thinned = if every > 1 { format!(", every {every} runs one") } else { String::new() };
     let unit = if trend.unit == "urad" { "µrad" } else { "µm" };
     calibration_trend(&TrendFigure {
         title: &format!("{}: {} of the {} axis{thinned}", trend.machine_id, trend.error, trend.axis),
-        time_name: &format!("days since {}", first.get(..10).unwrap_or("the first run")),
         error_name: &format!("{} [{unit}]", trend.error),
+        unit,
         runs: &runs,
+        profile: context.profile,
+        limit: context.tolerance,
     })
 }
 
 /// A figure with more runs than this would not show more.
 const MOST_DRAWN: usize = 2000;
 const SECONDS_PER_DAY: f64 = 86_400.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readings_are_split_where_the_axis_turns_back() {
+        let points = |angles: &[f64]| angles.iter().map(|angle| (*angle, 0.0)).collect::<Vec<_>>();
+        for (angles, there) in [
+            (&[0.0, 30.0, 60.0, 60.0, 30.0, 0.0][..], 4),
+            (&[90.0, 0.0, -90.0, 0.0, 90.0][..], 3),
+            (&[0.0, 30.0, 60.0][..], 3),
+            (&[5.0][..], 1),
+            (&[][..], 0),
+        ] {
+            assert_eq!(there_and_back(&points(angles)).0.len(), there, "{angles:?}");
+        }
+    }
+}

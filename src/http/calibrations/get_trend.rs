@@ -7,7 +7,7 @@ use http::header::CONTENT_TYPE;
 use serde::Deserialize;
 
 use super::ever_existed;
-use super::figures::{SVG, trend_figure};
+use super::figures::{SVG, TrendContext, trend_figure};
 use super::list_calibrations::bounds;
 use crate::description::{IntoParams, operation};
 use crate::http::AppState;
@@ -16,7 +16,7 @@ use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::store::TrendQuery;
-use crate::wire::{Fault, Trend, trend_table, trend_unit};
+use crate::wire::{Fault, Trend, error_in_profile, trend_table, trend_unit};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest, Busy, TooCostly);
 
@@ -34,6 +34,9 @@ pub(super) struct TrendParameters {
     /// Largest number of runs; the newest are taken.
     #[param(minimum = 1, maximum = 100_000, default = 10_000)]
     limit: Option<i64>,
+    /// Largest allowed size of the error, in the unit of the trend: the figure has lines at plus and minus this value.
+    #[param(exclusive_minimum = 0)]
+    tolerance: Option<f64>,
     /// Only runs measured at this time or later (RFC 3339).
     measured_from: Option<String>,
     /// Only runs measured at this time or earlier (RFC 3339).
@@ -47,7 +50,7 @@ const MAX_RUNS: i64 = 100_000;
 /// Follow a location error over the runs
 ///
 /// Oldest first, with standard uncertainties. `Accept: text/csv` gives a table, `Accept: image/svg+xml` a figure with
-/// uncertainty bars.
+/// expanded uncertainties (k = 2), the applied runs, the value in the profile, and `tolerance` as limits.
 #[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/trend",
@@ -67,11 +70,14 @@ pub(super) async fn get_calibration_trend(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let kind = choose(&headers, &["application/json", "text/csv", SVG])?;
-    let TrendParameters { axis, error, limit, measured_from, measured_to } = parameters;
+    let TrendParameters { axis, error, limit, tolerance, measured_from, measured_to } = parameters;
     let limit = limit.unwrap_or(DEFAULT_RUNS);
     let mut faults = Vec::new();
     if !(1..=MAX_RUNS).contains(&limit) {
         faults.push(Fault::new("/limit", format!("limit is not between 1 and {MAX_RUNS}")));
+    }
+    if tolerance.is_some_and(|tolerance| !(tolerance.is_finite() && tolerance > 0.0)) {
+        faults.push(Fault::new("/tolerance", "tolerance must be a number above 0"));
     }
     if !["A", "B", "C"].contains(&axis.as_str()) {
         faults.push(Fault::new("/axis", "the name of a rotary axis must be A, B or C"));
@@ -103,7 +109,10 @@ pub(super) async fn get_calibration_trend(
     let trend = Trend { machine_id, axis, error, unit: unit.to_owned(), points };
     match kind {
         SVG => {
-            let svg = app.compute.run(move |_stop| trend_figure(&trend)).await??;
+            let applied = app.store.applied_calibrations(&trend.machine_id).await?;
+            let profile = in_profile(&app, &trend).await?;
+            let context = TrendContext { applied, profile, tolerance };
+            let svg = app.compute.run(move |_stop| trend_figure(&trend, &context)).await?;
             Ok(([(CONTENT_TYPE, SVG)], svg).into_response())
         }
         "text/csv" => {
@@ -112,4 +121,16 @@ pub(super) async fn get_calibration_trend(
         }
         _ => Ok(Json(trend).into_response()),
     }
+}
+
+/// The error in the current profile, and the revision; `None` if the machine was deleted or its axes have changed.
+async fn in_profile(app: &AppState, trend: &Trend) -> Result<Option<(f64, i64)>, Problem> {
+    let Some(current) = app.store.machine(&trend.machine_id).await? else { return Ok(None) };
+    let revision = current.document.revision;
+    let (_, machine) = current
+        .document
+        .profile
+        .into_machine()
+        .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
+    Ok(error_in_profile(&machine, &trend.axis, &trend.error).map(|value| (value, revision)))
 }

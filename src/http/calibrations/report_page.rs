@@ -3,6 +3,7 @@
 use super::figures::{eccentricities, residuals};
 use crate::http::AppState;
 use crate::http::problem::Problem;
+use crate::plot::light_only;
 use crate::store::CalibrationRow;
 use crate::wire::{CalibrationDocument, Estimate};
 
@@ -12,7 +13,7 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
     let document = run.document;
     let bars = if document.ball_bar.is_some() {
         let drawn = document.clone();
-        app.compute.run(move |_stop| eccentricities(&drawn)).await??
+        app.compute.run(move |_stop| eccentricities(&drawn)).await?
     } else {
         String::new()
     };
@@ -38,9 +39,10 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
         list("Errors that the run cannot separate", hidden),
         list("Questions", questions),
         "<h2>Figures</h2>".to_owned(),
-        bars,
+        light_only(&bars),
     ];
-    parts.extend(figures);
+    // The page is light on every screen, and so are its figures.
+    parts.extend(figures.iter().map(|figure| light_only(figure)));
     let body = parts.join("\n");
     let title = escaped(&title);
     Ok(format!(

@@ -15,8 +15,8 @@ use crate::http::stored::{StoredBody, stored_body};
 use crate::jobs::{ResidualFault, one_pass_figure, verification_figure, wear_figure};
 use crate::store::{JobRow, StoredThing, verify_text};
 use crate::wire::{
-    CcParameters, CcReport, CompensationReport, JobOperation, JobState, ServoReport, VerificationReport,
-    WearReport,
+    CcParameters, CcReport, CompensationParameters, CompensationReport, JobOperation, JobState, ServoReport,
+    VerificationReport, WearReport,
 };
 
 /// Media types of a program.
@@ -163,8 +163,7 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
         JobOperation::ServoSimulation => {
             let report: ServoReport = read(report)?;
             let name = job.file_name.clone();
-            let drawn = app.compute.run(move |_stop| program_contour_error(&name, &report)).await?;
-            drawn.map_err(|fault| Problem::internal(&fault))?
+            app.compute.run(move |_stop| program_contour_error(&name, &report)).await?
         }
         JobOperation::WearCompensation => {
             let report: WearReport = read(report)?;
@@ -172,7 +171,9 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
         }
         JobOperation::Compensation => {
             let report: CompensationReport = read(report)?;
-            app.compute.run(move |_stop| one_pass_figure(&report)).await?
+            let parameters: CompensationParameters = serde_json::from_value(job.document.parameters.clone())
+                .map_err(|fault| Problem::internal(&fault))?;
+            app.compute.run(move |_stop| one_pass_figure(&parameters, &report)).await?
         }
         JobOperation::Verification => {
             let report: VerificationReport = read(report)?;

@@ -6,13 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::description::{IntoParams, ToSchema};
 use crate::http::contour_figure::contour_error;
-use crate::http::problem::Problem;
 use crate::plot::{
-    FollowingErrorCurve, FollowingErrorFigure, PlotFault, PolarCurve, PolarFigure, SweepFigure,
-    following_error_over_time, polar_contour, sweep_curves, sweep_map,
+    FollowingErrorCurve, FollowingErrorFigure, PolarCurve, PolarFigure, SweepFigure,
+    following_error_over_time, plain, polar_contour, sweep_curves, sweep_map,
 };
 use crate::servo::AxisLetter;
-use crate::wire::{ServoPathDoc, SimulationAnswer, SweepAnswer};
+use crate::wire::{GainScales, ServoPathDoc, SimulationAnswer, SweepAnswer};
 
 /// Media type of a figure.
 pub(super) const SVG: &str = "image/svg+xml";
@@ -61,21 +60,24 @@ pub(super) struct SweepFigureChoice {
 }
 
 /// A figure as a response.
-pub(super) fn respond(figure: Result<String, PlotFault>) -> Result<Response, Problem> {
-    let svg = figure.map_err(|fault| Problem::internal(&fault))?;
-    Ok(([(CONTENT_TYPE, SVG)], svg).into_response())
+pub(super) fn respond(svg: String) -> Response {
+    ([(CONTENT_TYPE, SVG)], svg).into_response()
 }
 
 impl SimulationFigure {
-    /// The figure of a simulation.
+    /// The figure of a simulation with these factors of the position gains.
     pub(super) fn draw(
         self,
         path: &ServoPathDoc,
         feed: f64,
+        gains: &GainScales,
         answer: &SimulationAnswer,
-    ) -> Result<String, PlotFault> {
+    ) -> String {
         let radius_mm = path.circle_radius_mm();
-        let title = format!("{} at {feed} {}", path.title(), path.feed_unit());
+        let gains: Vec<String> =
+            gains.iter().map(|(letter, scale)| format!("{letter} × {}", plain(*scale))).collect();
+        let gains = if gains.is_empty() { "as set".to_owned() } else { gains.join(", ") };
+        let title = format!("{} at {feed} {}, position gains {gains}", path.title(), path.feed_unit());
         let samples = &answer.samples;
         let wanted = self.plot.unwrap_or(if radius_mm.is_some() {
             SimulationPlot::Polar
@@ -91,10 +93,11 @@ impl SimulationFigure {
                     .filter(|(t_s, _)| **t_s >= answer.judged_from_s)
                     .map(|(_, (phi_deg, error_um))| (phi_deg.to_radians(), *error_um))
                     .collect();
-                let label = format!("radius error, largest {:.3} µm", answer.contour_error.max_abs_um);
+                let label = format!("radius error, largest {} µm", plain(answer.contour_error.max_abs_um));
                 let oval = answer.contour_error.oval;
                 polar_contour(&PolarFigure {
                     title: &title,
+                    circle: "ideal circle",
                     radius_mm,
                     curves: &[PolarCurve { label: &label, points: &points }],
                     oval: oval.map(|oval| (oval.amplitude_um, oval.major_axis_deg.to_radians())),
@@ -130,7 +133,7 @@ impl SimulationFigure {
 
 impl SweepFigureChoice {
     /// The figure of a sweep.
-    pub(super) fn draw(self, path: &ServoPathDoc, answer: &SweepAnswer) -> Result<String, PlotFault> {
+    pub(super) fn draw(self, path: &ServoPathDoc, answer: &SweepAnswer) -> String {
         let title = path.title();
         let max_abs_um: Vec<Vec<Option<f64>>> = answer
             .contour_error

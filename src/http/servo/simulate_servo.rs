@@ -103,7 +103,8 @@ pub(super) async fn simulate_servo(
     let simulation = app.compute.run(move |stop| work.simulate(account.as_ref(), stop)).await??;
     let answer = SimulationAnswer::of(revision, &simulation, &drives, &axes);
     if kind == SVG {
-        return respond(figure.draw(&request.path, feed.mm_per_min(), &answer));
+        let gains = &request.position_gain_scale;
+        return Ok(respond(figure.draw(&request.path, feed.mm_per_min(), gains, &answer)));
     }
     Ok(Json(answer).into_response())
 }

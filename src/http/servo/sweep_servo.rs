@@ -56,7 +56,7 @@ pub(super) async fn sweep_servo(
     let columns = work.sweep(&app.compute, request.feed_mm_per_min.clone(), sets).await?;
     let answer = SweepAnswer::of(revision, request.labels(), &request.feed_mm_per_min, &columns);
     if kind == SVG {
-        return respond(figure.draw(&request.path, &answer));
+        return Ok(respond(figure.draw(&request.path, &answer)));
     }
     Ok(Json(answer).into_response())
 }

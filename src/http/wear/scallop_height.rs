@@ -14,7 +14,7 @@ use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::scallop_heights;
 use crate::plot;
-use crate::plot::{PlotFault, ScallopFigure};
+use crate::plot::ScallopFigure;
 use crate::wire::{ScallopAnswer, ScallopAxis, ScallopRequest};
 
 refusals!(
@@ -82,15 +82,12 @@ pub(super) async fn compute_scallop_height(
         })
     });
     match printed.await?? {
-        Ok(svg) => {
-            let svg = svg.map_err(|fault| Problem::internal(&fault))?;
-            Ok(([(CONTENT_TYPE, SVG)], svg).into_response())
-        }
+        Ok(svg) => Ok(([(CONTENT_TYPE, SVG)], svg).into_response()),
         Err(json) => Ok(json_response(json.map_err(|fault| Problem::internal(&fault))?)),
     }
 }
 
-fn figure(request: &ScallopRequest, answer: &ScallopAnswer, axis: ScallopAxis) -> Result<String, PlotFault> {
+fn figure(request: &ScallopRequest, answer: &ScallopAnswer, axis: ScallopAxis) -> String {
     let (curves, count) = request.curves(answer, axis);
     let left_out = if curves.len() < count {
         format!(" ({} of {count} curves drawn)", curves.len())

@@ -1,6 +1,6 @@
 //! The figure of a wear trend.
 
-use crate::plot::{PlotFault, WearBand, WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
+use crate::plot::{WearBand, WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};
 use crate::units::UM_PER_MM;
 use crate::wear::{CutterLife, WearCourse, wear_ahead};
 use crate::wire::{FollowedWear, PartsOutlookKind, WearEdge, WearQuantity};
@@ -16,7 +16,7 @@ const BAND: u32 = 40;
 const MOST_BANDS: usize = 3;
 
 /// The figure of a trend.
-pub(super) fn figure(followed: &FollowedWear) -> Result<String, PlotFault> {
+pub(super) fn figure(followed: &FollowedWear) -> String {
     let FollowedWear { trend, courses, life } = followed;
     let until = shown_until(followed);
     // The edge that reaches the limit first has the band, if there is one.
@@ -38,8 +38,8 @@ pub(super) fn figure(followed: &FollowedWear) -> Result<String, PlotFault> {
         Some(WearQuantity::Flank) => "wear of the flank [µm]",
         None => "wear [µm]",
     };
-    let cutter = trend.cutter_id.as_deref().unwrap_or("none");
-    let title = format!("{}, tool {}, cutter {cutter}", trend.machine_id, trend.tool_id);
+    let cutter = trend.cutter_id.as_ref().map_or_else(String::new, |cutter| format!(", cutter {cutter}"));
+    let title = format!("{}, tool {}{cutter}", trend.machine_id, trend.tool_id);
     let end = life.map(|CutterLife { ends, estimate, same_stage, .. }| WearEnd {
         ends: [ends.earliest, ends.latest],
         same_stage: [same_stage.earliest, same_stage.latest],

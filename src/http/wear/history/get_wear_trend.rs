@@ -84,9 +84,7 @@ pub(super) async fn get_wear_trend(
     let printed = app.compute.run(move |_stop| {
         let followed = FollowedWear::of(head, &entries);
         match kind {
-            SVG => figure(&followed)
-                .map(|svg| ([(CONTENT_TYPE, SVG)], svg).into_response())
-                .map_err(Problem::from),
+            SVG => Ok(([(CONTENT_TYPE, SVG)], figure(&followed)).into_response()),
             "text/csv" => wear_trend_table(&followed.trend)
                 .map(|table| ([(CONTENT_TYPE, "text/csv")], table).into_response())
                 .map_err(|fault| Problem::internal(&fault)),
