@@ -630,13 +630,15 @@ async fn runs_are_listed_compared_and_followed() {
     let applied = apply(&app, &ids[1], "*", r#"{"confirm": true}"#).await;
     assert_eq!(applied.status(), StatusCode::OK);
     let value = points[1]["value"].as_f64().unwrap();
-    let figure = svg(&app, &format!("{trend}&tolerance=25")).await;
+    let figure = svg(&app, &format!("{trend}&tolerance_um=25")).await;
     assert!(figure.contains("applied to the profile") && figure.contains("limits ±25 µm"), "{figure}");
     assert!(figure.contains(&format!("in the profile, revision 2: −{:.1} µm", -value)), "{value}: {figure}");
     let absolute = svg(&app, &format!("{RUNS}/trend?axis=C&error=E_Y0C")).await;
     assert!(absolute.contains("in the profile, revision 2"));
-    let refused = problem(app.get(&format!("{trend}&tolerance=-1")).await, "invalid-request").await;
-    assert_eq!(pointers(&refused), ["/tolerance"]);
+    for (query, pointer) in [("tolerance_um=-1", "/tolerance_um"), ("tolerance_urad=5", "/tolerance_urad")] {
+        let refused = problem(app.get(&format!("{trend}&{query}")).await, "invalid-request").await;
+        assert_eq!(pointers(&refused), [pointer]);
+    }
 }
 
 #[tokio::test]

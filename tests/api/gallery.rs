@@ -9,7 +9,7 @@ use reqwest::RequestBuilder;
 use serde_json::{Value, json};
 use trunnion::jobs::CutterContactCompensator;
 
-use crate::support::{App, ac_table, spawn_real};
+use crate::support::{App, ac_table, program_form, spawn_real};
 
 const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const DOME: &str = include_str!("../../docs/examples/dome.nc");
@@ -60,12 +60,14 @@ async fn of_programs(app: &App) -> Vec<Figure> {
     let dome = format!(
         "{OFFSET}&surface.kind=sphere&surface.radius_mm=20&surface.half_angle_deg=20&tool.radius_mm=4.5"
     );
+    let servo = app.url(&format!("{MACHINE}/servo-simulation"));
+    let form = program_form(&json!({"work_offset_mm": [12, -7, 35]}), BLADE, "blade.nc");
     vec![
         ("cc-compensation.svg", of_program(app, "cc-compensation", &cc, BLADE).await),
         ("wear-compensation.svg", of_program(app, "wear-compensation", &wear, BLADE).await),
         ("one-pass.svg", drawn(one_pass).await),
         ("verification.svg", of_program(app, "verification", &dome, DOME).await),
-        ("servo-program.svg", of_program(app, "servo-simulation", OFFSET, BLADE).await),
+        ("servo-program.svg", drawn(app.client.post(servo).multipart(form)).await),
     ]
 }
 
@@ -123,7 +125,7 @@ async fn of_calibration(app: &App) -> Vec<Figure> {
     vec![
         ("calibration-eccentricities.svg", get(first.clone()).await),
         ("calibration-residuals.svg", get(format!("{first}?plot=residuals&test=0")).await),
-        ("calibration-trend.svg", get(format!("{RUNS}/trend?axis=A&error=e_y&tolerance=30")).await),
+        ("calibration-trend.svg", get(format!("{RUNS}/trend?axis=A&error=e_y&tolerance_um=30")).await),
     ]
 }
 

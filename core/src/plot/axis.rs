@@ -164,7 +164,7 @@ fn with_minus(text: &str) -> String {
 
 /// A mark of an axis: all marks of an axis have the decimals of their step.
 fn on_scale(value: f64, step: f64, largest: f64) -> String {
-    if largest >= 1e6 || largest < 1e-3 {
+    if !(1e-3..1e6).contains(&largest) {
         return if value == 0.0 { "0".to_owned() } else { scientific(value) };
     }
     let mut decimals = 0_usize;
@@ -198,7 +198,7 @@ pub(super) fn round_down(value: f64) -> f64 {
 }
 
 /// 1, 2 or 5 times a power of ten, the smallest that is not below `value`.
-fn round_up(value: f64) -> f64 {
+pub(super) fn round_up(value: f64) -> f64 {
     if !(value.is_finite() && value > 0.0) {
         return 1.0;
     }

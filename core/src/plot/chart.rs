@@ -289,7 +289,7 @@ impl Chart {
 /// that a line shows them.
 pub(super) fn envelope(points: &[(f64, f64)], columns: usize) -> Option<Vec<(f64, f64, f64)>> {
     let (first, last) = (points.first()?.0, points.last()?.0);
-    if points.len() <= columns || !(last > first) {
+    if points.len() <= columns || last <= first {
         return None;
     }
     let width = (last - first) / columns as f64;

@@ -30,10 +30,12 @@ pub struct ContourFigure<'a> {
 
 /// Number of columns of an envelope: steps that an eye can follow.
 const COLUMNS: usize = 220;
+/// The edge of an envelope is the largest value of this many columns on each side.
+const NEAR: usize = 3;
 const START: Stroke = Stroke::new(MUTED, 1.2).dashed("6 4");
 
-/// Draws the contour error of the tip, and that of the tool axis below it, and marks the worst judged point. A long run
-/// is drawn as its envelope. Same numbers, same bytes.
+/// Draws the contour error of the tip, and that of the tool axis below it, and marks the worst judged point. A run along
+/// a program is drawn with its envelope. Same numbers, same bytes.
 #[must_use]
 pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
     let points: Vec<ContourPoint> =
@@ -50,12 +52,13 @@ pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
     );
     let (height, time) = if has_axis { (HALF, "") } else { (TALL, TIME) };
     let panel = chart.panel(height, Axis::linear(0.0..end_s, time), tip_axis);
-    course(&mut chart, &panel, &tip, INKS[0], "contour error of the tool tip");
+    let of_program = points.iter().any(|point| point.line > 0);
+    course(&mut chart, &panel, &tip, (INKS[0], "contour error of the tool tip"), of_program);
     if has_axis {
         let range = range_from_zero(axis.iter().map(|(_, error)| *error));
         let below =
             chart.panel(HALF, Axis::linear(0.0..end_s, TIME), Axis::linear(range, "tool axis [µrad]"));
-        course(&mut chart, &below, &axis, INKS[2], "error of the tool axis");
+        course(&mut chart, &below, &axis, (INKS[2], "error of the tool axis"), of_program);
         judged(&mut chart, &below, figure.judged_from_s);
     }
     judged(&mut chart, &panel, figure.judged_from_s);
@@ -76,25 +79,38 @@ pub fn contour_error_along(figure: &ContourFigure<'_>) -> String {
 
 const TIME: &str = "time [s]";
 
-/// Draws an error over time, and explains it. A long run is drawn as its envelope: the points of a run are the largest
-/// of their neighbours, so errors without a sign have an upper edge only.
-fn course(chart: &mut Chart, panel: &Panel, points: &[(f64, f64)], ink: Ink, name: &str) {
-    let stroke = Stroke::new(ink, 1.4);
-    let Some(columns) = envelope(points, COLUMNS) else {
+/// Draws an error over time, and explains it. Along a program it is drawn with its envelope: an error rises and falls
+/// in every block, and a line alone would be a comb. The points of a run are the largest of their neighbours, so an
+/// error without a sign has an upper edge only.
+fn course(
+    chart: &mut Chart,
+    panel: &Panel,
+    points: &[(f64, f64)],
+    (ink, name): (Ink, &str),
+    of_program: bool,
+) {
+    let stroke = Stroke::new(ink, 1.8);
+    let Some(columns) = envelope(points, COLUMNS).filter(|_| of_program) else {
         chart.line(panel, points.iter().copied(), stroke);
         return chart.explain(Sample::Line(stroke), name);
     };
     let has_sign = points.iter().any(|(_, error)| *error < 0.0);
     let floor = |least: f64| if has_sign { least } else { 0.0 };
-    chart.band(panel, columns.iter().map(|(x, least, most)| (*x, floor(*least), *most)), ink, 0.25);
-    chart.line(panel, columns.iter().map(|(x, _, most)| (*x, *most)), stroke);
-    let kind = if has_sign {
-        chart.line(panel, columns.iter().map(|(x, least, _)| (*x, *least)), stroke);
-        "least and largest"
-    } else {
-        "largest"
+    chart.band(panel, columns.iter().map(|(x, least, most)| (*x, floor(*least), *most)), ink, 0.3);
+    chart.explain(Sample::Area(ink, 0.3), name);
+    let near = |place: usize| {
+        let ends = place.saturating_sub(NEAR)..(place + NEAR + 1).min(columns.len());
+        columns.get(ends).unwrap_or_default().iter()
     };
-    chart.explain(Sample::Line(stroke), format!("{name}: {kind} in each 1/{COLUMNS} of the time"));
+    let edge = |of: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        columns.iter().enumerate().map(|(place, (x, ..))| (*x, of(place))).collect()
+    };
+    chart.line(panel, edge(&|place| near(place).map(|(.., most)| *most).fold(f64::MIN, f64::max)), stroke);
+    if has_sign {
+        let lower = edge(&|place| near(place).map(|(_, least, _)| *least).fold(f64::MAX, f64::min));
+        chart.line(panel, lower, stroke);
+    }
+    chart.explain(Sample::Line(stroke), "its envelope: the largest nearby");
 }
 
 /// A line at the start of the judged part.

@@ -58,9 +58,6 @@ const LOG_ABOVE: f64 = 50.0;
 /// The logarithmic axis starts at this share of the tolerance.
 const LOG_FLOOR: f64 = 1e-2;
 
-/// Replaces the tolerance in the scale of a figure without one \[µm\].
-const NO_TOLERANCE_UM: f64 = 1.0;
-
 const BEFORE: Stroke = Stroke::new(INKS[1], 1.4).dashed("5 2");
 const AFTER: Stroke = Stroke::new(INKS[0], 1.4);
 const TOLERANCE: Stroke = Stroke::new(BLACK, 1.4).dashed("9 5");
@@ -73,16 +70,17 @@ pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> String {
     let points = figure.points;
     let start = points.first().map_or(0.0, |point| point.path_mm);
     let end = points.last().map_or(1.0, |point| point.path_mm).max(start + 1e-3);
-    let scale_um = figure.tolerance_um.unwrap_or(NO_TOLERANCE_UM);
+    let tolerance_um = figure.tolerance_um.filter(|tolerance| tolerance.is_finite() && *tolerance > 0.0);
     let finite = |value: &f64| value.is_finite();
     let values = || points.iter().flat_map(|point| [point.before_um, point.after_um]).filter(finite);
-    let largest = values().fold(scale_um, f64::max);
+    let largest = values().fold(tolerance_um.unwrap_or(1e-3), f64::max);
     // A path starts at 0; lines start where the program does.
     let x = Axis::linear(start.min(if start < 0.1 * end { 0.0 } else { start })..end, figure.place);
-    let y = if largest > LOG_ABOVE * scale_um {
-        Axis::logarithmic(LOG_FLOOR * scale_um..largest * 3.0, figure.quantity)
-    } else {
-        Axis::linear(0.0..largest * 1.14, figure.quantity)
+    let y = match tolerance_um {
+        Some(tolerance) if largest > LOG_ABOVE * tolerance => {
+            Axis::logarithmic(LOG_FLOOR * tolerance..largest * 3.0, figure.quantity)
+        }
+        _ => Axis::linear(0.0..largest * 1.14, figure.quantity),
     };
     let mut chart = Chart::new(figure.title);
     let panel = chart.panel(TALL, x, y);
@@ -90,7 +88,7 @@ pub fn deviation_along_path(figure: &DeviationFigure<'_>) -> String {
     curve(&mut chart, &panel, points, |point| point.after_um, AFTER);
     chart.explain(Sample::Line(BEFORE), "before");
     chart.explain(Sample::Line(AFTER), "after");
-    if let Some(level) = figure.tolerance_um {
+    if let Some(level) = tolerance_um {
         chart.level(&panel, level, TOLERANCE);
         chart.explain(Sample::Line(TOLERANCE), format!("tolerance {} µm", plain(level)));
     }

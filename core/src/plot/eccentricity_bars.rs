@@ -42,11 +42,11 @@ pub fn eccentricity_bars(figure: &EccentricityFigure<'_>) -> String {
             let ends = [(left, 0.0, value), (left + 0.94 * BAR, 0.0, value)];
             chart.band(&panel, ends, ink, 1.0);
             let Some((x, y)) = panel.at((left + 0.47 * BAR, value)) else { continue };
-            // Beside the end of the bar, where it is read without the scale.
+            // Beside the end of the bar, where it is read without the scale; a ball bar reads tenths.
             let y = if value < 0.0 { y + 14.0 } else { y - 5.0 };
             if figure.bars.len() <= MOST_WITH_NUMBERS {
-                let lettering = Lettering::new(12.0, BLACK, Anchor::Middle).with_halo();
-                chart.drawing.text((x, y), &plain(value), lettering);
+                let lettering = Lettering::new(11.0, BLACK, Anchor::Middle).with_halo();
+                chart.drawing.text((x, y), &plain((value * 10.0).round() / 10.0), lettering);
             }
         }
         chart.explain(Sample::Area(ink, 1.0), name);

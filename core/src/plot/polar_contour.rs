@@ -1,6 +1,6 @@
 //! Radius error of a circle, magnified about the ideal circle (P2 Fig. 7, 9).
 
-use super::axis::{plain, round_down};
+use super::axis::{plain, round_down, round_up};
 use super::chart::{Chart, Sample};
 use super::svg::{Anchor, At, BLACK, Dot, GRID, Lettering, MUTED, Stroke, whole};
 use crate::geometry::trig;
@@ -35,6 +35,8 @@ const SIDE: f64 = 760.0;
 const EDGE: f64 = 1.58;
 /// The largest error is drawn as this share of the radius, or a little less.
 const LARGEST_SHARE: f64 = 0.4;
+/// Distance of two rings of the scale, in radii, at least.
+const RING_SHARE: f64 = 0.13;
 /// Direction of the numbers of the radial scale: between two spokes, and steep, so that they are below each other
 /// \[rad\].
 const SCALE_AT: f64 = 3.0 * std::f64::consts::FRAC_PI_8;
@@ -62,7 +64,7 @@ pub fn polar_contour(figure: &PolarFigure<'_>) -> String {
         (middle.0 + unit * radius * cos, middle.1 - unit * radius * sin)
     };
     let of_error = |error_um: f64| 1.0 + magnification * error_um / radius_um;
-    let step_um = round_down(0.5 * LARGEST_SHARE * radius_um / magnification);
+    let step_um = round_up(RING_SHARE * radius_um / magnification);
     // As many rings as fit.
     let rings = (LARGEST_SHARE * radius_um / (magnification * step_um) + 1e-9).floor().min(MOST_RINGS);
     let grid = Stroke::new(GRID, 1.0);

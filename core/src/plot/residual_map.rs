@@ -31,7 +31,7 @@ pub struct ResidualFigure<'a> {
 }
 
 /// Most cells of a view along its longer side.
-const MAX_CELLS: f64 = 150.0;
+const MAX_CELLS: f64 = 100.0;
 /// A view that shows less than this share of the samples is left out.
 const WORTH_A_VIEW: f64 = 0.02;
 /// Number of colours on each side of zero; few, so that neighbouring cells join.
@@ -90,7 +90,7 @@ impl ColourScale {
         } else {
             (&EXCESS, self.low_um.max(0.0), self.high_um)
         };
-        let share = if far == near { 0.0 } else { (value - near) / (far - near) };
+        let share = if (far - near).abs() > 0.0 { (value - near) / (far - near) } else { 0.0 };
         Shade::between(stops, (share * LEVELS).round() / LEVELS)
     }
 
@@ -130,10 +130,11 @@ pub fn residual_map(figure: &ResidualFigure<'_>) -> String {
     let most = residuals().max_by(|a, b| of(a).total_cmp(&of(b))).filter(|sample| of(sample) > 0.0);
     let least = residuals().min_by(|a, b| of(a).total_cmp(&of(b))).filter(|sample| of(sample) < 0.0);
     let extremes = [most, least];
+    let mut right = 0.0;
     for (index, view) in views.iter().enumerate() {
-        view.draw(&mut chart, [index as f64 * room, top, room, height], &scale, &extremes);
+        right = view.draw(&mut chart, [index as f64 * room, top, room, height], &scale, &extremes);
     }
-    let bar = [WIDTH - SCALE_WIDTH + 16.0, top, 20.0, height];
+    let bar = [right + 40.0, top, 20.0, height];
     let at = |share: f64| scale.shade(scale.low_um + share * (scale.high_um - scale.low_um));
     colour_bar(&mut chart, bar, at, &scale.marks());
     chart.drawing.text((bar[0], top - 10.0), "residual [µm]", Lettering::new(13.0, BLACK, Anchor::Start));
@@ -144,18 +145,13 @@ pub fn residual_map(figure: &ResidualFigure<'_>) -> String {
     if figure.samples.iter().any(|sample| sample.residual_um.is_none()) {
         chart.explain(Sample::Shade(UNCUT), "uncut: no cutter came here");
     }
-    let words =
-        |sample: Option<&ResidualSample>| sample.map_or_else(|| "0".to_owned(), |found| plain(of(found)));
-    chart.explain(
-        Sample::Dot(Dot::Ring(BLACK)),
-        format!("largest {} µm, least {} µm", words(most), words(least)),
-    );
-    chart.finish(&format!(
-        "Residuals over the part. Largest {} µm, least {} µm, limit ±{} µm.",
-        words(most),
-        words(least),
-        plain(figure.limit_um)
-    ))
+    let words = [(most, "largest excess"), (least, "deepest cut")].into_iter();
+    let words = words.filter_map(|(sample, name)| Some(format!("{name} {} µm", plain(of(sample?)))));
+    let words = words.collect::<Vec<_>>().join(", ");
+    if !words.is_empty() {
+        chart.explain(Sample::Dot(Dot::Ring(BLACK)), words.as_str());
+    }
+    chart.finish(&format!("Residuals over the part: {words}; limit ±{} µm.", plain(figure.limit_um)))
 }
 
 /// The content of a cell.
@@ -238,13 +234,14 @@ impl View {
         (self.y_mm.end - self.y_mm.start) / self.mm_per_pixel(room)
     }
 
+    /// Draws the view, and gives its right edge.
     fn draw(
         &self,
         chart: &mut Chart,
         [left, top, width, height]: [f64; 4],
         scale: &ColourScale,
         extremes: &[Option<&ResidualSample>],
-    ) {
+    ) -> f64 {
         // One millimetre is equally long across and up.
         let mm_per_pixel = self.mm_per_pixel([width - BESIDE, height]);
         let room = [(self.x_mm.end - self.x_mm.start) / mm_per_pixel, height];
@@ -281,6 +278,7 @@ impl View {
                 chart.mark(&panel, at, &text);
             }
         }
+        left + 80.0 + room[0]
     }
 }
 

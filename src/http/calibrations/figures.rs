@@ -154,13 +154,15 @@ pub(super) async fn residuals(
         .await?
 }
 
-/// The readings until the axis turns back, and the others.
+/// The readings until the axis turns back, and those from there on. A single reading at that angle belongs to both.
 fn there_and_back(points: &[(f64, f64)]) -> (&[(f64, f64)], &[(f64, f64)]) {
     let turns = |pair: &[(f64, f64)]| pair.iter().map(|(angle, _)| *angle).reduce(|from, to| to - from);
     let first = points.windows(2).filter_map(turns).find(|turn| *turn != 0.0).unwrap_or(0.0);
     let back = points.windows(2).position(|pair| turns(pair).is_some_and(|turn| turn * first < 0.0));
-    // Both have the reading at which the axis turns back; it is measured twice or once.
-    points.split_at(back.map_or(points.len(), |last| last + 1))
+    let Some(place) = back else { return (points, &[]) };
+    let (there, back) = points.split_at(place);
+    let is_read_twice = there.last().map(|(angle, _)| *angle) == back.first().map(|(angle, _)| *angle);
+    (if is_read_twice { there } else { points.get(..=place).unwrap_or(there) }, back)
 }
 
 /// Date, hour and minute of a time as RFC 3339 writes it.
@@ -220,14 +222,16 @@ mod tests {
     #[test]
     fn readings_are_split_where_the_axis_turns_back() {
         let points = |angles: &[f64]| angles.iter().map(|angle| (*angle, 0.0)).collect::<Vec<_>>();
-        for (angles, there) in [
-            (&[0.0, 30.0, 60.0, 60.0, 30.0, 0.0][..], 4),
-            (&[90.0, 0.0, -90.0, 0.0, 90.0][..], 3),
-            (&[0.0, 30.0, 60.0][..], 3),
-            (&[5.0][..], 1),
-            (&[][..], 0),
+        for (angles, there, back) in [
+            (&[0.0, 30.0, 60.0, 60.0, 30.0, 0.0][..], 3, 3),
+            (&[90.0, 0.0, -90.0, 0.0, 90.0][..], 3, 3),
+            (&[0.0, 30.0, 60.0][..], 3, 0),
+            (&[5.0][..], 1, 0),
+            (&[][..], 0, 0),
         ] {
-            assert_eq!(there_and_back(&points(angles)).0.len(), there, "{angles:?}");
+            let points = points(angles);
+            let split = there_and_back(&points);
+            assert_eq!((split.0.len(), split.1.len()), (there, back), "{angles:?}");
         }
     }
 }

@@ -34,9 +34,12 @@ pub(super) struct TrendParameters {
     /// Largest number of runs; the newest are taken.
     #[param(minimum = 1, maximum = 100_000, default = 10_000)]
     limit: Option<i64>,
-    /// Largest allowed size of the error, in the unit of the trend: the figure has lines at plus and minus this value.
+    /// Largest allowed size of a linear error: the figure has lines at plus and minus this value.
     #[param(exclusive_minimum = 0)]
-    tolerance: Option<f64>,
+    tolerance_um: Option<f64>,
+    /// The same for an angle.
+    #[param(exclusive_minimum = 0)]
+    tolerance_urad: Option<f64>,
     /// Only runs measured at this time or later (RFC 3339).
     measured_from: Option<String>,
     /// Only runs measured at this time or earlier (RFC 3339).
@@ -50,7 +53,7 @@ const MAX_RUNS: i64 = 100_000;
 /// Follow a location error over the runs
 ///
 /// Oldest first, with standard uncertainties. `Accept: text/csv` gives a table, `Accept: image/svg+xml` a figure with
-/// expanded uncertainties (k = 2), the applied runs, the value in the profile, and `tolerance` as limits.
+/// expanded uncertainties (k = 2), the applied runs, the value in the profile, and the tolerance as limits.
 #[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/trend",
@@ -70,14 +73,12 @@ pub(super) async fn get_calibration_trend(
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let kind = choose(&headers, &["application/json", "text/csv", SVG])?;
-    let TrendParameters { axis, error, limit, tolerance, measured_from, measured_to } = parameters;
+    let TrendParameters { axis, error, limit, tolerance_um, tolerance_urad, measured_from, measured_to } =
+        parameters;
     let limit = limit.unwrap_or(DEFAULT_RUNS);
     let mut faults = Vec::new();
     if !(1..=MAX_RUNS).contains(&limit) {
         faults.push(Fault::new("/limit", format!("limit is not between 1 and {MAX_RUNS}")));
-    }
-    if tolerance.is_some_and(|tolerance| !(tolerance.is_finite() && tolerance > 0.0)) {
-        faults.push(Fault::new("/tolerance", "tolerance must be a number above 0"));
     }
     if !["A", "B", "C"].contains(&axis.as_str()) {
         faults.push(Fault::new("/axis", "the name of a rotary axis must be A, B or C"));
@@ -88,6 +89,19 @@ pub(super) async fn get_calibration_trend(
             "{error:?} is not an error of this axis; use e_x e_y e_z e_a e_b e_c or E_X0{axis} … E_C0{axis}"
         );
         faults.push(Fault::new("/error", detail));
+    }
+    let mut tolerance = None;
+    for (name, of_unit, value) in
+        [("tolerance_um", "um", tolerance_um), ("tolerance_urad", "urad", tolerance_urad)]
+    {
+        let Some(value) = value else { continue };
+        if !(value.is_finite() && value > 0.0) {
+            faults.push(Fault::new(format!("/{name}"), format!("{name} is {value}; state a number above 0")));
+        } else if unit.is_some_and(|unit| unit != of_unit) {
+            let detail = format!("{error} is not in the unit of {name}; state the other tolerance");
+            faults.push(Fault::new(format!("/{name}"), detail));
+        }
+        tolerance = Some(value);
     }
     let (from, to) = bounds(measured_from.as_deref(), measured_to.as_deref()).unwrap_or_else(|found| {
         faults.extend(found);

@@ -19,8 +19,8 @@ refusals!(Refusals: MalformedRequest, JobNotFound, ResultNotFound, JobNotSucceed
 
 /// Draw the plot of a job
 ///
-/// For a compensation: the deviation along the path, or the worn cutter's offset, before and after. For a servo
-/// simulation: the contour error.
+/// For a compensation: the deviation along the path, the worn cutter's offset, or the sum of each motion's errors, before
+/// and after. For a servo simulation: the contour error. For a verification: the residuals.
 #[operation(
     get,
     path = "/v1/jobs/{id}/plot",
