@@ -153,6 +153,8 @@ pub static COMPUTING: Level = Level::new();
 pub static WAITING: Level = Level::new();
 /// Attempts to deliver webhooks, by outcome.
 pub static WEBHOOK_ATTEMPTS: [Counter; 7] = [const { Counter::new() }; 7];
+/// Ends of posted jobs, in the order of `JobState::ENDS`.
+pub static JOBS_ENDED: [Counter; 3] = [const { Counter::new() }; 3];
 /// Reads of stored data that was found damaged.
 pub static DAMAGED_FILES_MET: Counter = Counter::new();
 /// Reads of the database.

@@ -10,8 +10,8 @@ use super::tls;
 use crate::config::Settings;
 use crate::jobs::trusted_certificates;
 use crate::store::{
-    DATABASE_NAME, Deep, Depth, DirectoryLock, Examination, examine_to, mount_kind, network_mount,
-    own_schema, stored_files,
+    DATABASE_NAME, Deep, Depth, DirectoryLock, DiskSpace, Examination, disk_space, examine_to, mount_kind,
+    network_mount, own_schema, stored_files,
 };
 
 /// Below this free space a disk counts as nearly full \[bytes\].
@@ -160,11 +160,10 @@ fn directory(data_dir: &Path, findings: &mut Findings) -> bool {
     } else {
         findings.add(Verdict::Sound, "file system", kind);
     }
-    match rustix::fs::statvfs(&whole) {
-        Ok(space) => {
-            let free = space.f_bavail.saturating_mul(space.f_frsize);
-            let verdict = if free < LITTLE_SPACE { Verdict::Note } else { Verdict::Sound };
-            findings.add(verdict, "free space", format!("{} MiB", free >> 20));
+    match disk_space(&whole) {
+        Ok(DiskSpace { free_bytes, .. }) => {
+            let verdict = if free_bytes < LITTLE_SPACE { Verdict::Note } else { Verdict::Sound };
+            findings.add(verdict, "free space", format!("{} MiB", free_bytes >> 20));
         }
         Err(fault) => findings.add(Verdict::Note, "free space", format!("cannot be determined: {fault}")),
     }

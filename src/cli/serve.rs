@@ -76,12 +76,20 @@ pub enum StartFault {
     },
     /// Other computers can reach the address, and there is no key.
     #[error(
-        "the service does not listen on {address} without an API key: create one with `trunnion keys create --name NAME --scopes admin,…`, \
-         or give --insecure to serve everybody"
+        "other computers can reach {address}, but the data directory {dir} has no API key. Make the first key; it is \
+         shown only once:\n\n    \
+         trunnion keys create --name first --scopes read,compute,machines,calibrations,admin --data-dir {dir}\n\n\
+         A container needs the same image and volume for it:\n\n    \
+         docker run --rm -v VOLUME:/data IMAGE keys create --name first \
+         --scopes read,compute,machines,calibrations,admin\n\n\
+         Then start again. Or listen on 127.0.0.1, or give --insecure to serve everybody.",
+        dir = data_dir.display()
     )]
     Unguarded {
         /// The configured address.
         address: SocketAddr,
+        /// The data directory.
+        data_dir: PathBuf,
     },
     /// The certificate or its key cannot be used.
     #[error(transparent)]
@@ -263,7 +271,7 @@ async fn guarding(address: SocketAddr, state: &AppState) -> Result<Guarding, Sta
     } else if state.settings.insecure {
         Ok(Guarding::Insecure)
     } else {
-        Err(StartFault::Unguarded { address })
+        Err(StartFault::Unguarded { address, data_dir: state.settings.data_dir.clone() })
     }
 }
 
@@ -388,6 +396,7 @@ fn announce(running: &Running, data_dir: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::Scope;
 
     #[test]
     fn a_start_before_1970_is_refused() {
@@ -395,5 +404,14 @@ mod tests {
         let fault = can_be_sent(Timestamp::from_second(-1).unwrap()).unwrap_err();
         assert!(fault.to_string().contains("set the clock"), "{fault}");
         assert_eq!(fault.exit_code(), 2);
+    }
+
+    #[test]
+    fn a_start_without_a_key_is_refused_with_the_commands_that_make_one() {
+        let address = SocketAddr::from(([0, 0, 0, 0], 8080));
+        let text = StartFault::Unguarded { address, data_dir: PathBuf::from("/data") }.to_string();
+        let scopes = Scope::ALL.map(Scope::as_str).join(",");
+        assert_eq!(text.matches(&format!("--scopes {scopes}")).count(), 2, "{text}");
+        assert!(text.contains("0.0.0.0:8080") && text.contains("--data-dir /data\n"), "{text}");
     }
 }

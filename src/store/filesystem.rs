@@ -20,6 +20,25 @@ pub fn make_directory(path: &Path) -> io::Result<()> {
     path.ancestors().take(missing).try_for_each(|folder| File::open(above(folder))?.sync_all())
 }
 
+/// The space of a file system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DiskSpace {
+    /// All of it \[bytes\].
+    pub size_bytes: u64,
+    /// The part that this process may still use \[bytes\].
+    pub free_bytes: u64,
+}
+
+/// The space of the file system of a directory.
+///
+/// # Errors
+/// The directory does not exist, or the system does not answer.
+pub fn disk_space(directory: &Path) -> io::Result<DiskSpace> {
+    let found = rustix::fs::statvfs(directory)?;
+    let bytes = |blocks: u64| blocks.saturating_mul(found.f_frsize);
+    Ok(DiskSpace { size_bytes: bytes(found.f_blocks), free_bytes: bytes(found.f_bavail) })
+}
+
 /// A mounted file system of another computer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NetworkMount {
@@ -119,6 +138,13 @@ mod tests {
         assert!(path.is_dir());
         std::fs::write(path.join("file"), "").expect("written");
         make_directory(&path.join("file")).expect_err("a file");
+    }
+
+    #[test]
+    fn a_directory_has_space_and_a_missing_one_has_none() {
+        let DiskSpace { size_bytes, free_bytes } = disk_space(&std::env::temp_dir()).expect("space");
+        assert!(free_bytes <= size_bytes && size_bytes > 1 << 20, "{free_bytes} of {size_bytes}");
+        disk_space(Path::new("/no/such/directory")).expect_err("missing");
     }
 
     #[test]

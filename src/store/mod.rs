@@ -52,7 +52,7 @@ pub use deliveries::{AfterAttempt, DeliveriesWaiting, DeliveryRow, DueDelivery, 
 pub use draft::{Draft, DraftTooLong};
 pub use error::StoreError;
 pub use examination::{Depth, Examination, Files, examine, examine_to, stored_files};
-pub use filesystem::{NetworkMount, make_directory, mount_kind, network_mount};
+pub use filesystem::{DiskSpace, NetworkMount, disk_space, make_directory, mount_kind, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
 pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};

@@ -55,6 +55,9 @@ pub enum JobState {
 }
 
 impl JobState {
+    /// Every final state.
+    pub const ENDS: [Self; 3] = [Self::Succeeded, Self::Failed, Self::Cancelled];
+
     /// Whether this state is final.
     #[must_use]
     pub const fn is_final(self) -> bool {

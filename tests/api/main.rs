@@ -11,6 +11,7 @@ mod codings;
 mod command_line;
 mod compensation;
 mod deep;
+mod deploy;
 mod documents;
 mod entered_wear;
 mod examples;

@@ -6,8 +6,8 @@ use super::operations::{Operations, STATUSES};
 use crate::http::security_log::SecurityLog;
 use crate::jobs::{DeliveriesReading, QueueReading};
 use crate::meter::{self, CLASSES_S, Counter, Times};
-use crate::store::SoundnessReading;
-use crate::wire::DeliveryOutcome;
+use crate::store::{DiskSpace, SoundnessReading};
+use crate::wire::{DeliveryOutcome, JobState};
 
 /// Values that are read from other parts at the time of the request.
 #[derive(Debug, Clone, Copy, Default)]
@@ -20,6 +20,8 @@ pub(in crate::http) struct Readings {
     pub(in crate::http) uptime_s: f64,
     /// Posted jobs that wait and run, if the store answers.
     pub(in crate::http) queue: Option<QueueReading>,
+    /// Space for stored data, if the file system answers.
+    pub(in crate::http) disk: Option<DiskSpace>,
     /// Webhooks that wait, if the store answers.
     pub(in crate::http) deliveries: Option<DeliveriesReading>,
     /// Known damage of stored data.
@@ -45,6 +47,17 @@ pub(in crate::http) fn metrics_text(
         text.single("trunnion_jobs_running", "gauge", "Posted jobs that are being computed.", running);
         let help = "Time since when the oldest waiting job has been waiting.";
         text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, oldest_s);
+    }
+    let ends = "trunnion_jobs_ended_total";
+    text.family(ends, "counter", "Posted jobs that ended.");
+    for (state, count) in JobState::ENDS.iter().zip(&meter::JOBS_ENDED) {
+        text.sample(&format!("{ends}{{state=\"{}\"}}", state.as_str()), count.get());
+    }
+    if let Some(DiskSpace { size_bytes, free_bytes }) = readings.disk {
+        let help = "Size of the file system of the data directory.";
+        text.single("trunnion_data_size_bytes", "gauge", help, size_bytes);
+        let help = "Free space on the file system of the data directory.";
+        text.single("trunnion_data_free_bytes", "gauge", help, free_bytes);
     }
     if let Some(DeliveriesReading { waiting, oldest_s }) = readings.deliveries {
         text.single("trunnion_webhooks_waiting", "gauge", "Webhooks that are waiting for delivery.", waiting);

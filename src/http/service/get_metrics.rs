@@ -12,6 +12,7 @@ use crate::http::observation::{Readings, metrics_text};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::meter;
+use crate::store::disk_space;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
@@ -42,6 +43,7 @@ pub(super) async fn get_metrics(
         uptime_s: app.began.elapsed().as_secs_f64(),
         // If the store does not answer, its values are missing.
         queue: app.queue.reading().await.ok(),
+        disk: disk_space(&app.settings.data_dir).ok(),
         deliveries: app.courier.reading().await.ok(),
         soundness: app.spool.blobs().soundness().reading(),
     };

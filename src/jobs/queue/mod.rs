@@ -20,6 +20,7 @@ pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
 use super::{Accepted, Compute, JobFault, Means, OpenFault, ProgramJob, Sources, Spool, asker};
+use crate::meter::JOBS_ENDED;
 use crate::shares::{NoShare, Share};
 use crate::store::{
     Actor, Cancelling, Draft, Enqueued, JobRow, KeyUse, Marks, QueueDepth, QueueRoom, Sha256Hex, Store,
@@ -341,7 +342,10 @@ impl Shared {
         self.changed(id);
         match self.store.job(id).await {
             Ok(Some(job)) => {
-                let state = job.document.state.as_str();
+                let (ended, state) = (job.document.state, job.document.state.as_str());
+                for (_, count) in JobState::ENDS.iter().zip(&JOBS_ENDED).filter(|(end, _)| **end == ended) {
+                    count.add(1);
+                }
                 tracing::info!(job_id = id, state, attempts = job.document.attempts, "a job ended");
                 if job.document.callback_url.is_some() {
                     self.told.notify_one();
