@@ -6,18 +6,23 @@ use http::HeaderMap;
 use http::header::CONTENT_TYPE;
 
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::negotiate::choose;
-use crate::http::observation::{Readings, metrics_text};
+use crate::http::observation::{Calibrations, Readings, metrics_text};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
+use crate::jobs::CalibrationReading;
 use crate::meter;
+
+/// Most machines whose calibrations are measured, so that the number of series has a bound.
+const MOST_MACHINES: u32 = 1000;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
 /// Read the metrics
 ///
-/// Requests by operation and status, computations, the store and the process, in the text format that Prometheus
-/// reads.
+/// Requests by operation and status, computations, the store, the process and the age of calibrations, in the text format
+/// that Prometheus reads.
 #[utoipa::path(
     get,
     path = "/metrics",
@@ -31,10 +36,13 @@ refusals!(Refusals: NotAcceptable, Busy);
 )]
 pub(super) async fn get_metrics(
     State(app): State<AppState>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     // Scrapers first ask for formats of their own, and accept plain text last.
     choose(&headers, &["text/plain"])?;
+    let now = app.sources.clock.now();
+    let ages = app.store.calibration_ages(caller.machines.as_deref(), MOST_MACHINES + 1).await;
     let readings = Readings {
         abandoned: app.abandoned.get(),
         resident_bytes: meter::resident_bytes(),
@@ -42,6 +50,12 @@ pub(super) async fn get_metrics(
         // If the store does not answer, its values are missing.
         queue: app.queue.reading().await.ok(),
         deliveries: app.courier.reading().await.ok(),
+        calibrations: ages.ok().map(|ages| {
+            let all = ages.len();
+            let read = ages.into_iter().take(MOST_MACHINES as usize);
+            let machines: Vec<_> = read.map(|age| CalibrationReading::of(age, now)).collect();
+            Calibrations { is_cut: all > machines.len(), machines }
+        }),
         soundness: app.spool.blobs().soundness().reading(),
     };
     let text = metrics_text(app.operations(), &readings, &app.security);
