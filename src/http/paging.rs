@@ -1,5 +1,8 @@
 //! Pages of lists.
 
+use axum::response::{IntoResponse, Response};
+use http::header::CONTENT_TYPE;
+use http::{HeaderName, HeaderValue};
 use serde::{Deserialize, Serialize};
 
 use super::problem::{Problem, ProblemType};
@@ -48,6 +51,20 @@ impl PageQuery {
         faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
         Ok((limit, cursor.unwrap_or_default()))
     }
+}
+
+/// Media type of a table.
+pub(super) const CSV: &str = "text/csv";
+/// Cursor of the next page of a table; missing on the last page.
+pub(super) const NEXT_CURSOR: HeaderName = HeaderName::from_static("trunnion-next-cursor");
+
+/// One page of a list as a table. A table has no member for the cursor of the next page, so a header has it.
+pub(super) fn table_page(table: Vec<u8>, next: Option<Cursor>) -> Response {
+    let mut response = ([(CONTENT_TYPE, CSV)], table).into_response();
+    if let Some(cursor) = next.and_then(|cursor| HeaderValue::try_from(cursor.to_string()).ok()) {
+        response.headers_mut().insert(NEXT_CURSOR, cursor);
+    }
+    response
 }
 
 /// One page of a list, newest first.

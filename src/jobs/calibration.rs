@@ -4,8 +4,9 @@ use jiff::{SignedDuration, Timestamp};
 
 use super::timestamp;
 use crate::calibration::rotary_sphere::identify_spheres;
-use crate::calibration::{Identified, identify};
+use crate::calibration::{Identified, UncertaintyBudget, identify, uncertainty_budget};
 use crate::machine::Machine;
+use crate::store::CalibrationAge;
 use crate::wire::{
     CalibrationDocument, CalibrationHead, CalibrationKind, CalibrationRequest, Fault, FaultList, fit_fault,
     sphere_fault,
@@ -90,6 +91,67 @@ pub fn evaluate(
 /// Every fault of the run.
 pub fn evaluate_ballbar(request: &CalibrationRequest, machine: &Machine) -> Result<Identified, Vec<Fault>> {
     ballbar(request, machine, FaultList::default())
+}
+
+/// The uncertainty budget of a ball-bar run.
+///
+/// # Errors
+/// Every fault of the run.
+pub fn evaluate_budget(
+    request: &CalibrationRequest,
+    machine: &Machine,
+) -> Result<UncertaintyBudget, Vec<Fault>> {
+    let mut faults = FaultList::default();
+    let run = request.to_ballbar(machine, &mut faults);
+    faults.into_result()?;
+    let run = run.ok_or_else(Vec::new)?;
+    let inputs = request.input_uncertainties();
+    uncertainty_budget(machine, &run, &inputs).map_err(|faults| faults.iter().map(fit_fault).collect())
+}
+
+/// Hours of a day.
+const HOURS_PER_DAY: f64 = 24.0;
+
+/// When the next calibration is due, this number of days after a measurement; `None` if that is no time.
+#[must_use]
+pub fn due_at(measured_at: &str, due_days: f64) -> Option<Timestamp> {
+    let measured = measured_at.parse::<Timestamp>().ok()?;
+    let after = SignedDuration::try_from_secs_f64(due_days * HOURS_PER_DAY * 3600.0).ok()?;
+    measured.checked_add(after).ok()
+}
+
+/// The days from one time to a later one; negative if it is earlier.
+fn days_between(from: Timestamp, to: Timestamp) -> f64 {
+    to.duration_since(from).as_secs_f64() / (HOURS_PER_DAY * 3600.0)
+}
+
+/// How old the calibration of a machine is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationReading {
+    /// The machine.
+    pub machine_id: String,
+    /// Days since the newest measurement; `None` if there is none.
+    pub age_days: Option<f64>,
+    /// Days until the next calibration is due, negative if it is overdue; `None` without a measurement or a period.
+    pub due_in_days: Option<f64>,
+    /// Whether the profile states a period and there is no measurement.
+    pub is_missing: bool,
+}
+
+impl CalibrationReading {
+    /// The reading at this time.
+    #[must_use]
+    pub fn of(age: CalibrationAge, now: Timestamp) -> Self {
+        let CalibrationAge { machine_id, measured_at, due_days } = age;
+        let measured = measured_at.as_deref().and_then(|text| text.parse::<Timestamp>().ok());
+        let due = measured_at.as_deref().zip(due_days).and_then(|(at, days)| due_at(at, days));
+        Self {
+            machine_id,
+            age_days: measured.map(|measured| days_between(measured, now)),
+            due_in_days: due.map(|due| days_between(now, due)),
+            is_missing: measured.is_none() && due_days.is_some(),
+        }
+    }
 }
 
 fn ballbar(

@@ -54,6 +54,26 @@ pub struct AuditFilter {
     pub key_id: Option<String>,
     /// Only entries with this action.
     pub action: Option<AuditAction>,
+    /// Only entries at this time or later.
+    pub from: Option<String>,
+    /// Only entries at this time or earlier.
+    pub to: Option<String>,
+}
+
+struct StoredEntry {
+    seq: i64,
+    at: String,
+    origin: String,
+    key_id: Option<String>,
+    action: String,
+    method: Option<String>,
+    route: Option<String>,
+    request_id: Option<String>,
+    machine_id: Option<String>,
+    resource: String,
+    revision_before: Option<i64>,
+    revision_after: Option<i64>,
+    sha256: Option<String>,
 }
 
 /// Writes a change into the log, inside the transaction that makes it, and chains it to the entry before it.
@@ -132,21 +152,40 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<AuditEntry>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let AuditFilter { machine_id, key_id, action } = filter;
+        let AuditFilter { machine_id, key_id, action, from, to } = filter;
         let action = action.map(AuditAction::as_str);
-        let rows = sqlx::query!(
-            "SELECT * FROM audit
-             WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR key_id = ?3)
-               AND (?4 IS NULL OR action = ?4)
-             ORDER BY seq DESC LIMIT ?5",
-            before,
-            machine_id,
-            key_id,
-            action,
-            count
-        )
-        .fetch_all(&self.readers)
-        .await
+        /// The statement over the log in its order, or over the entries of a time.
+        macro_rules! listed {
+            ($source:tt, $times:tt) => {
+                sqlx::query_as!(
+                    StoredEntry,
+                    "SELECT seq AS \"seq!\", at, origin, key_id, action, method, route, request_id, machine_id, resource,
+                         revision_before, revision_after, sha256 FROM "
+                        + $source
+                        + " WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2)
+                       AND (?3 IS NULL OR key_id = ?3) AND (?4 IS NULL OR action = ?4) AND "
+                        + $times
+                        + "
+                     ORDER BY seq DESC LIMIT ?7",
+                    before,
+                    machine_id,
+                    key_id,
+                    action,
+                    from,
+                    to,
+                    count
+                )
+                .fetch_all(&self.readers)
+                .await
+            };
+        }
+        // Entries are in the order of their times, as long as no clock jumps: without a beginning, the log is read
+        // from its end.
+        let rows = if from.is_some() {
+            listed!("audit INDEXED BY audit_by_time", "at >= ?5 AND at <= COALESCE(?6, '~')")
+        } else {
+            listed!("audit", "(?5 IS NULL OR at >= ?5) AND (?6 IS NULL OR at <= ?6)")
+        }
         .doing("reading the audit log")?;
         let read = rows.into_iter().map(|row| {
             let word = |text: String| serde_json::Value::String(text);

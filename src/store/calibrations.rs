@@ -6,6 +6,7 @@ use super::audit::{Actor, Change, audit};
 use super::calibration_errors::error_rows;
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
+use super::machines::as_array;
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{AuditAction, CalibrationDocument, CalibrationKind, TrendPoint};
 
@@ -61,6 +62,28 @@ pub struct TrendQuery<'a> {
     pub measured_to: Option<&'a str>,
     /// Largest number of runs; the newest are taken.
     pub limit: i64,
+}
+
+/// One time that a run was applied.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CalibrationUse {
+    /// The revision of the machine that has the errors of the run.
+    pub revision: i64,
+    /// Time of the revision.
+    pub at: String,
+    /// The key of the request; `None` if the service needed none.
+    pub key_id: Option<String>,
+}
+
+/// The newest measurement of one machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CalibrationAge {
+    /// The machine.
+    pub machine_id: String,
+    /// Time of the newest measurement; `None` if the machine was never calibrated.
+    pub measured_at: Option<String>,
+    /// The period that the current profile states.
+    pub due_days: Option<f64>,
 }
 
 struct StoredCalibration {
@@ -198,6 +221,55 @@ impl Store {
         .await
         .doing("listing applied calibrations")?;
         Ok(rows.into_iter().flatten().collect())
+    }
+
+    /// The times that a run was applied, oldest first; the first hundred.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn calibration_uses(
+        &self,
+        machine_id: &str,
+        id: &str,
+    ) -> Result<Vec<CalibrationUse>, StoreError> {
+        sqlx::query_as!(
+            CalibrationUse,
+            "SELECT r.revision, r.created_at AS at, a.key_id FROM machine_revisions r
+             LEFT JOIN audit a ON a.machine_id = r.machine_id AND a.revision_after = r.revision
+                 AND a.action = 'calibration-applied'
+             WHERE r.machine_id = ? AND r.calibration_id = ? ORDER BY r.revision LIMIT 100",
+            machine_id,
+            id
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading the uses of a calibration")
+    }
+
+    /// The newest measurement of each machine, oldest machine first; only of these machines, if there is a list.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn calibration_ages(
+        &self,
+        only: Option<&BTreeSet<String>>,
+        limit: u32,
+    ) -> Result<Vec<CalibrationAge>, StoreError> {
+        let (only, limit) = (as_array(only), i64::from(limit));
+        sqlx::query_as!(
+            CalibrationAge,
+            "SELECT m.machine_id,
+                 (SELECT MAX(c.measured_at) FROM calibrations c WHERE c.machine_id = m.machine_id) AS \"measured_at?: String\",
+                 CAST(r.profile ->> '$.calibration_due_days' AS REAL) AS \"due_days?: f64\"
+             FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+             WHERE m.deleted = 0 AND (?1 IS NULL OR m.machine_id IN (SELECT value FROM json_each(?1)))
+             ORDER BY m.seq LIMIT ?2",
+            only,
+            limit
+        )
+        .fetch_all(&self.readers)
+        .await
+        .doing("reading the ages of calibrations")
     }
 
     /// Stores a run with its errors and the idempotency key of its request. `false` if the key was used in the

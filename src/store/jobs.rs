@@ -63,6 +63,10 @@ pub struct JobFilter {
     pub created_after: Option<String>,
     /// Only jobs created before this time.
     pub created_before: Option<String>,
+    /// Only jobs that read a program with this digest.
+    pub input_sha256: Option<String>,
+    /// Only jobs that wrote a program with this digest.
+    pub output_sha256: Option<String>,
     /// Only jobs of these machines, if there is a list.
     pub machines: Option<BTreeSet<String>>,
 }
@@ -182,26 +186,41 @@ impl Store {
             (filter.state.map(JobState::as_str), filter.operation.map(JobOperation::as_str));
         let (created_after, created_before) = (&filter.created_after, &filter.created_before);
         let machines = as_array(filter.machines.as_ref());
-        let rows = sqlx::query_as!(
-            StoredJob,
-            "SELECT * FROM jobs
-             WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
-               AND (?4 IS NULL OR external_id = ?4) AND (?5 IS NULL OR operation = ?5)
-               AND (?6 IS NULL OR created_at >= ?6) AND (?7 IS NULL OR created_at < ?7)
-               AND (?8 IS NULL OR machine_id IN (SELECT value FROM json_each(?8)))
-             ORDER BY seq DESC LIMIT ?9",
-            before,
-            machine_id,
-            state,
-            external_id,
-            operation,
-            created_after,
-            created_before,
-            machines,
-            count
-        )
-        .fetch_all(&self.readers)
-        .await
+        let (input_sha256, output_sha256) = (&filter.input_sha256, &filter.output_sha256);
+        /// The statement whose first condition an index answers; the others only look at the rows that this one finds.
+        macro_rules! listed {
+            ($first:tt) => {
+                sqlx::query_as!(
+                    StoredJob,
+                    "SELECT * FROM jobs WHERE " + $first + " AND seq < ?1
+                       AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
+                       AND (?4 IS NULL OR external_id = ?4) AND (?5 IS NULL OR operation = ?5)
+                       AND (?6 IS NULL OR created_at >= ?6) AND (?7 IS NULL OR created_at < ?7)
+                       AND (?8 IS NULL OR machine_id IN (SELECT value FROM json_each(?8)))
+                       AND (?9 IS NULL OR input_sha256 = ?9) AND (?10 IS NULL OR output_sha256 = ?10)
+                     ORDER BY seq DESC LIMIT ?11",
+                    before,
+                    machine_id,
+                    state,
+                    external_id,
+                    operation,
+                    created_after,
+                    created_before,
+                    machines,
+                    input_sha256,
+                    output_sha256,
+                    count
+                )
+                .fetch_all(&self.readers)
+                .await
+            };
+        }
+        let rows = match (input_sha256, output_sha256, external_id) {
+            (Some(_), _, _) => listed!("input_sha256 = ?9"),
+            (None, Some(_), _) => listed!("output_sha256 = ?10"),
+            (None, None, Some(_)) => listed!("external_id = ?4"),
+            (None, None, None) => listed!("TRUE"),
+        }
         .doing("listing jobs")?;
         let read = rows.into_iter().map(|row| Ok((row.seq, row.read()?)));
         Ok(Page::cut(read.collect::<Result<_, StoreError>>()?, limit))

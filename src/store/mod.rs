@@ -44,7 +44,9 @@ pub use audit::{Actor, AuditFilter};
 pub use audit_chain::{AuditChain, AuditHead, ChainFault, NoHead};
 pub use backup::{BackupFault, BackupFile, DATABASE_NAME, Manifest, back_up, restore};
 pub use blobs::{BlobFault, Blobs, Sha256Hex, SoundFile, sha256_hex};
-pub use calibrations::{CalibrationFilter, CalibrationRow, NewCalibration, TrendQuery};
+pub use calibrations::{
+    CalibrationAge, CalibrationFilter, CalibrationRow, CalibrationUse, NewCalibration, TrendQuery,
+};
 pub use database::Store;
 pub use database_file::{DatabaseFile, own_schema};
 pub use deep::Deep;

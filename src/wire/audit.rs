@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::description::ToSchema;
 
+use super::table_text::table_text;
+
 /// Declares the actions with their words.
 macro_rules! actions {
     ($($name:ident = $word:literal, $doc:literal;)+) => {
@@ -114,4 +116,47 @@ pub struct AuditEntry {
     /// SHA-256 of this entry and of the entry before it: the entries form a chain (`docs/security.md`).
     #[schema(example = "8f434346648f6b96df89dda901c5176b10a6d83961dd3c1ac88b59b2dc327aa4")]
     pub sha256: String,
+}
+
+/// The entries as a table, with the names of their members.
+///
+/// # Errors
+/// The table cannot be written; this does not happen in memory.
+pub fn audit_table(entries: &[AuditEntry]) -> Result<Vec<u8>, csv::Error> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record([
+        "seq",
+        "at",
+        "origin",
+        "key_id",
+        "action",
+        "method",
+        "route",
+        "request_id",
+        "machine_id",
+        "resource",
+        "revision_before",
+        "revision_after",
+        "sha256",
+    ])?;
+    let text = |text: &Option<String>| text.as_deref().map(table_text).unwrap_or_default().into_owned();
+    let number = |number: Option<i64>| number.map(|number| number.to_string()).unwrap_or_default();
+    for entry in entries {
+        table.write_record([
+            entry.seq.to_string(),
+            entry.at.clone(),
+            entry.origin.as_str().to_owned(),
+            text(&entry.key_id),
+            entry.action.as_str().to_owned(),
+            text(&entry.method),
+            text(&entry.route),
+            text(&entry.request_id),
+            text(&entry.machine_id),
+            table_text(&entry.resource).into_owned(),
+            number(entry.revision_before),
+            number(entry.revision_after),
+            entry.sha256.clone(),
+        ])?;
+    }
+    table.into_inner().map_err(|fault| fault.into_error().into())
 }

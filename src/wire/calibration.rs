@@ -140,8 +140,8 @@ pub struct SphereAxisDoc {
 }
 
 /// A calibration run: who measured, when, with what, and all readings. `instrument_uncertainty_um`,
-/// `bar_length_mm`, `offset_per_test`, `setup_error_um` and `tests` belong to `rtcp-ballbar`; `axes` belongs
-/// to `rotary-sphere`.
+/// `bar_length_mm`, `offset_per_test`, `setup_error_um`, `tests` and the uncertainties of the set-up belong to
+/// `rtcp-ballbar`; `axes` belongs to `rotary-sphere`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = CalibrationRequest)]
@@ -155,6 +155,14 @@ pub struct CalibrationRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_length = 200)]
     pub instrument: Option<String>,
+    /// Serial number of the instrument.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "BB-4711", max_length = 200)]
+    pub instrument_serial_number: Option<String>,
+    /// The instrument's calibration certificate: its number, its date or both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "D-K-15133-2025-03", max_length = 200)]
+    pub instrument_certificate: Option<String>,
     /// Person who measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_length = 200)]
@@ -169,6 +177,18 @@ pub struct CalibrationRequest {
     /// Standard uncertainty of the instrument. If it is given, it widens the uncertainties in the answer.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument_uncertainty_um: Option<f64>,
+    /// Standard uncertainty of each of both components of the set-up error, if it was given or is held at 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 1.0, minimum = 0)]
+    pub setup_uncertainty_um: Option<f64>,
+    /// Standard uncertainty of each coordinate of `ball_mm`. Tests with the same `ball_mm` count as one ball.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.5, minimum = 0)]
+    pub ball_uncertainty_mm: Option<f64>,
+    /// Standard uncertainty of `bar_length_mm`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.05, minimum = 0)]
+    pub bar_length_uncertainty_mm: Option<f64>,
     /// Length of the bar at the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 100.0)]

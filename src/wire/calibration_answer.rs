@@ -159,6 +159,12 @@ pub struct CalibrationDocument {
     pub created_at: String,
     /// Instrument that measured.
     pub instrument: Option<String>,
+    /// Serial number of the instrument.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument_serial_number: Option<String>,
+    /// The instrument's calibration certificate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument_certificate: Option<String>,
     /// Person who measured.
     pub operator: Option<String>,
     /// Temperature of the machine.
@@ -215,7 +221,7 @@ pub(super) fn component_name(component: usize) -> &'static str {
 }
 
 /// The ISO 230-7 symbol of an absolute error, with its unit: `E_Y0A_um`.
-fn iso_name(machine: &Machine, error: &AbsoluteError) -> String {
+pub(super) fn iso_name(machine: &Machine, error: &AbsoluteError) -> String {
     let letter = machine.rotary_axes()[error.axis].letter;
     let unit = if error.component < 3 { "um" } else { "urad" };
     format!("{}_{unit}", iso_230_symbol(letter, error.component))
@@ -332,6 +338,8 @@ impl CalibrationDocument {
             measured_at: head.measured_at,
             created_at: head.created_at,
             instrument: request.instrument.clone(),
+            instrument_serial_number: request.instrument_serial_number.clone(),
+            instrument_certificate: request.instrument_certificate.clone(),
             operator: request.operator.clone(),
             temperature_c: request.temperature_c,
             note: request.note.clone(),

@@ -6,7 +6,8 @@ use super::{
 };
 use crate::calibration::rotary_sphere::{AxisCenters, Center, SphereFault, SphereRunFault};
 use crate::calibration::{
-    BallBarRun, BallBarTest, BarDirection, Observed, Reading, RunFault, SetupError, SpindleStep,
+    BallBarRun, BallBarTest, BarDirection, InputUncertainties, Observed, Reading, RunFault, SetupError,
+    SpindleStep,
 };
 use crate::geometry::Vec3;
 use crate::machine::Machine;
@@ -17,6 +18,11 @@ const TEMPERATURE_RANGE_C: [f64; 2] = [-50.0, 100.0];
 /// Longest name of a person or an instrument, and longest note (characters).
 const MAX_NAME: usize = 200;
 const MAX_NOTE: usize = 2000;
+
+/// Largest standard uncertainties of the set-up that are accepted: larger ones are mistakes of the unit.
+const MAX_SETUP_UNCERTAINTY_UM: f64 = 10_000.0;
+const MAX_BALL_UNCERTAINTY_MM: f64 = 100.0;
+const MAX_SHARE_OF_BAR: f64 = 0.5;
 
 impl BarDirectionDoc {
     /// The direction in the core's terms.
@@ -42,6 +48,8 @@ impl CalibrationRequest {
     pub fn check(&self, faults: &mut FaultList) {
         let texts = [
             ("/instrument", &self.instrument, MAX_NAME),
+            ("/instrument_serial_number", &self.instrument_serial_number, MAX_NAME),
+            ("/instrument_certificate", &self.instrument_certificate, MAX_NAME),
             ("/operator", &self.operator, MAX_NAME),
             ("/note", &self.note, MAX_NOTE),
         ];
@@ -57,6 +65,9 @@ impl CalibrationRequest {
         }
         let ballbar = [
             ("instrument_uncertainty_um", self.instrument_uncertainty_um.is_some()),
+            ("setup_uncertainty_um", self.setup_uncertainty_um.is_some()),
+            ("ball_uncertainty_mm", self.ball_uncertainty_mm.is_some()),
+            ("bar_length_uncertainty_mm", self.bar_length_uncertainty_mm.is_some()),
             ("bar_length_mm", self.bar_length_mm.is_some()),
             ("offset_per_test", self.offset_per_test.is_some()),
             ("setup_error_um", self.setup_error_um.is_some()),
@@ -77,8 +88,37 @@ impl CalibrationRequest {
         }
     }
 
+    /// Checks the stated uncertainties of the set-up of a ball bar.
+    fn check_setup_uncertainties(&self, faults: &mut FaultList) {
+        if let Some(um) = self.setup_uncertainty_um {
+            faults.check_range(|| "/setup_uncertainty_um".to_owned(), um, 0.0, MAX_SETUP_UNCERTAINTY_UM);
+            if self.setup_error_um.as_ref().is_some_and(|doc| doc.spindle_deg.is_some()) {
+                let detail = "the spindle step measures the set-up error, and the scatter of the readings has its uncertainty; remove this member";
+                faults.push(|| Fault::new("/setup_uncertainty_um", detail));
+            }
+        }
+        if let Some(mm) = self.ball_uncertainty_mm {
+            faults.check_range(|| "/ball_uncertainty_mm".to_owned(), mm, 0.0, MAX_BALL_UNCERTAINTY_MM);
+        }
+        if let (Some(mm), Some(length_mm)) = (self.bar_length_uncertainty_mm, self.bar_length_mm) {
+            let max_mm = length_mm.max(0.0) * MAX_SHARE_OF_BAR;
+            faults.check_range(|| "/bar_length_uncertainty_mm".to_owned(), mm, 0.0, max_mm);
+        }
+    }
+
+    /// The stated uncertainties of the set-up in the core's terms.
+    #[must_use]
+    pub fn input_uncertainties(&self) -> InputUncertainties {
+        InputUncertainties {
+            setup_error_mm: self.setup_uncertainty_um.map(|um| Length::from_um(um).mm()),
+            ball_mm: self.ball_uncertainty_mm,
+            bar_length_mm: self.bar_length_uncertainty_mm,
+        }
+    }
+
     /// The run of a ball bar in the core's terms; `faults` gets every fault with its location.
     pub fn to_ballbar(&self, machine: &Machine, faults: &mut FaultList) -> Option<BallBarRun> {
+        self.check_setup_uncertainties(faults);
         let missing = |name: &str| Fault::new(format!("/{name}"), format!("missing field `{name}`"));
         if self.bar_length_mm.is_none() {
             faults.push(|| missing("bar_length_mm"));

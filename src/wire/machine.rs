@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Drives, Fault, FaultList, Fixed, PlaneSolution, ProgramUnit, WorkOffsets};
+use super::{CalibrationLimits, Drives, Fault, FaultList, Fixed, PlaneSolution, ProgramUnit, WorkOffsets};
 use crate::description::ToSchema;
 use crate::geometry::Vec3;
 use crate::machine::{
@@ -54,6 +54,9 @@ pub struct MachineProfile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 90.0, exclusive_minimum = 0, maximum = 36_500)]
     pub calibration_due_days: Option<f64>,
+    /// Limits of the location errors, for the verdict of the calibration report.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub calibration_limits: Option<CalibrationLimits>,
     /// Drive constants by axis letter, for the servo simulation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drives: Option<Drives>,
@@ -308,6 +311,7 @@ impl From<&MachineParts> for MachineProfile {
             serial_number: None,
             asset_id: None,
             calibration_due_days: None,
+            calibration_limits: None,
             drives: None,
         }
     }

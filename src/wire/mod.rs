@@ -5,7 +5,10 @@ mod audit;
 mod calibration;
 mod calibration_answer;
 mod calibration_history;
+mod calibration_limits;
+mod calibration_report;
 mod calibration_run;
+mod calibration_table;
 mod calibration_words;
 mod callback_url;
 mod cc_compensation;
@@ -61,7 +64,7 @@ mod webhook;
 mod work_offsets;
 
 pub use api_key::{ApiKeyDocument, ApiKeyRequest, NewApiKeyDocument, NoScope, Scope, is_slug};
-pub use audit::{AuditAction, AuditEntry, AuditOrigin};
+pub use audit::{AuditAction, AuditEntry, AuditOrigin, audit_table};
 pub use calibration::{
     BallBarTestDoc, BarDirectionDoc, CalibrationKind, CalibrationRequest, ReadingDoc, SetupErrorDoc,
     SphereAxisDoc, SphereCentreDoc, SpindleBar,
@@ -74,7 +77,10 @@ pub use calibration_history::{
     AppliedProfile, ApplyRequest, CalibrationDifference, Difference, OtherAxes, Trend, TrendPoint,
     error_in_profile, trend_table, trend_unit,
 };
+pub use calibration_limits::CalibrationLimits;
+pub use calibration_report::{CascadedError, ReportedError, Verdict, cascaded_errors, reported_errors};
 pub use calibration_run::{fit_fault, sphere_fault};
+pub use calibration_table::calibration_table;
 pub use callback_url::{CallbackFault, CallbackUrl, Host};
 pub use cc_compensation::{CcFindings, CcParameters, CcReport, Correction, Output};
 pub use drive::{Drive, Drives, Feedback, Resonance, Transmission};

@@ -8,9 +8,12 @@ use std::fmt;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::openapi::schema::{ObjectBuilder, Type};
+#[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{Ref, RefOr, Schema};
 
@@ -112,6 +115,7 @@ impl<'de> Deserialize<'de> for WorkOffsets {
 }
 
 #[cfg(test)]
+#[cfg(test)]
 impl PartialSchema for WorkOffsets {
     fn schema() -> RefOr<Schema> {
         let name = ObjectBuilder::new()
@@ -130,6 +134,7 @@ impl PartialSchema for WorkOffsets {
     }
 }
 
+#[cfg(test)]
 #[cfg(test)]
 impl ToSchema for WorkOffsets {
     fn name() -> Cow<'static, str> {

@@ -4,7 +4,7 @@
 use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 
-use crate::support::{App, ac_table, problem, spawn, spawn_with};
+use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
 
 /// Action, revision before, revision after of every entry, oldest first.
 async fn log(app: &App, query: &str) -> Vec<(String, Value, Value)> {
@@ -59,6 +59,54 @@ async fn the_life_of_a_machine_is_in_the_log_and_what_changed_nothing_is_not() {
     let page: Value = app.get("/v1/audit?machine_id=example-ac-table").await.json().await.unwrap();
     assert_eq!(page["items"][0]["origin"], "service");
     assert!(page["items"][0]["request_id"].is_null());
+}
+
+#[tokio::test]
+async fn the_log_is_read_by_time_and_as_a_table() {
+    let app = spawn().await;
+    for id in ["a", "b", "c", "d"] {
+        assert_eq!(app.put_machine(id, &ac_table()).await.status(), 201);
+    }
+    let page: Value = app.get("/v1/audit?limit=4").await.json().await.unwrap();
+    let at = |back: usize| page["items"][back]["at"].as_str().unwrap();
+    let machines = async |query: String| {
+        let page: Value =
+            app.get(&format!("/v1/audit?action=machine-created&{query}")).await.json().await.unwrap();
+        let items = page["items"].as_array().unwrap().iter();
+        items.map(|entry| entry["machine_id"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(machines(format!("from={}", at(1))).await, ["d", "c"]);
+    assert_eq!(machines(format!("from={}&to={}", at(2), at(1))).await, ["c", "b"]);
+    assert_eq!(machines(format!("to={}", at(2))).await, ["b", "a", "example-ac-table"]);
+    // The same moment in another zone, and pages inside of a time.
+    let zoned = at(1).replace('Z', "%2B00:00");
+    assert_eq!(machines(format!("from={zoned}&limit=1")).await, ["d"]);
+    assert!(machines("from=2100-01-01T00:00:00Z".to_owned()).await.is_empty());
+    for (query, pointer) in [("from=yesterday", "/from"), ("to=2026-01-01", "/to")] {
+        let refused = problem(app.get(&format!("/v1/audit?{query}")).await, "invalid-request").await;
+        assert_eq!(pointers(&refused), [pointer]);
+    }
+
+    let table =
+        app.client.get(app.url("/v1/audit?limit=2")).header("accept", "text/csv").send().await.unwrap();
+    assert_eq!(table.headers()["content-type"], "text/csv");
+    let cursor = table.headers()["trunnion-next-cursor"].to_str().unwrap().to_owned();
+    assert_eq!(cursor, app.get("/v1/audit?limit=2").await.json::<Value>().await.unwrap()["next_cursor"]);
+    let table = table.text().await.unwrap();
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let head = reader.headers().unwrap().clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 2);
+    let entry = page["items"][0].as_object().unwrap();
+    assert_eq!(head.len(), entry.len());
+    for (name, cell) in head.iter().zip(&rows[0]) {
+        let expected = match &entry[name] {
+            Value::Null => String::new(),
+            Value::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        assert_eq!(cell, expected, "{name}");
+    }
 }
 
 #[tokio::test]

@@ -8,7 +8,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 
 use crate::support::{App, ac_table, pointers, problem, spawn};
 
-const RUNS: &str = "/v1/machines/example-ac-table/calibrations";
+pub(crate) const RUNS: &str = "/v1/machines/example-ac-table/calibrations";
 
 /// P4's run as eccentricities alone, with a known set-up error.
 fn p4_run() -> Value {
@@ -26,7 +26,7 @@ fn p4_run() -> Value {
 }
 
 /// First-order readings of an AC table with both axes through the origin, for shifts (µm) of A alone: there and back.
-fn sweeps(shift_um: [f64; 3], noise_um: f64) -> Value {
+pub(crate) fn sweeps(shift_um: [f64; 3], noise_um: f64) -> Value {
     let [dx, dy, dz] = shift_um;
     let mut state = 1_u32;
     let mut noise = || {
@@ -133,7 +133,11 @@ async fn a_run_is_stored_and_read_back_as_it_was_answered() {
     let page = app.client.get(app.url(&location)).header("accept", "text/html").send().await.unwrap();
     assert_eq!(page.headers()["content-type"], "text/html; charset=utf-8");
     let page = page.text().await.unwrap();
-    assert!(page.contains("after &lt;the&gt; crash") && page.contains("E_Y0A_um") && page.contains("<svg"));
+    assert!(
+        page.contains("after &lt;the&gt; crash")
+            && page.contains("<i>E</i><sub>Y0A</sub> [µm]")
+            && page.contains("<svg")
+    );
     let no_readings = app
         .client
         .get(app.url(&format!("{location}?plot=residuals&test=0")))

@@ -38,6 +38,39 @@ async fn jobs_are_listed_newest_first_and_filtered() {
 }
 
 #[tokio::test]
+async fn jobs_are_found_by_the_digests_of_their_programs() {
+    let app = spawn().await;
+    let mut jobs = Vec::new();
+    for program in ["g1 x1\n", "g1 x2\n", "g1 x1\n"] {
+        let path = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";
+        let run = app.post_text(path, "text/plain", program).await;
+        let place = run.headers()["location"].to_str().unwrap().to_owned();
+        jobs.push(app.get(&place).await.json::<Value>().await.unwrap());
+    }
+    let digest = |job: usize, name: &str| jobs[job][name].as_str().unwrap().to_owned();
+    let found = async |query: String| {
+        let list: Value = app.get(&format!("/v1/jobs?{query}")).await.json().await.unwrap();
+        list["items"].as_array().unwrap().iter().map(|job| job["id"].clone()).collect::<Vec<_>>()
+    };
+    let ids = |which: &[usize]| which.iter().map(|job| jobs[*job]["id"].clone()).collect::<Vec<_>>();
+    for name in ["input_sha256", "output_sha256"] {
+        assert_eq!(found(format!("{name}={}", digest(0, name))).await, ids(&[2, 0]));
+        assert_eq!(found(format!("{name}={}", digest(1, name).to_uppercase())).await, ids(&[1]));
+        assert_eq!(found(format!("{name}={}&limit=1", digest(0, name))).await, ids(&[2]));
+        assert!(found(format!("{name}={}", "0".repeat(64))).await.is_empty());
+        assert!(found(format!("{name}={}&state=failed", digest(0, name))).await.is_empty());
+        for wrong in ["abc", &"g".repeat(64)] {
+            let refused =
+                problem(app.get(&format!("/v1/jobs?{name}={wrong}")).await, "invalid-request").await;
+            assert_eq!(pointers(&refused), [format!("/{name}")]);
+        }
+    }
+    let both =
+        format!("input_sha256={}&output_sha256={}", digest(0, "input_sha256"), digest(1, "output_sha256"));
+    assert!(found(both).await.is_empty());
+}
+
+#[tokio::test]
 async fn every_face_of_a_job_has_a_tag_and_answers_304() {
     let app = spawn().await;
     let path = "/v1/machines/example-ac-table/cc-compensation?tool_radius_mm=5";

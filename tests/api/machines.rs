@@ -324,13 +324,14 @@ fn with_programs() -> Value {
         ("serial_number", json!("1138-5519")),
         ("asset_id", json!("EQ 4711 Ä")),
         ("calibration_due_days", json!(0.5)),
+        ("calibration_limits", json!({"E_A0C_urad": 30, "E_X0C_um": 2.5})),
     ] {
         profile[name] = value;
     }
     profile
 }
 
-const OF_PROGRAMS: [&str; 8] = [
+const OF_PROGRAMS: [&str; 9] = [
     "program_unit",
     "work_offsets_mm",
     "max_feed_mm_per_min",
@@ -339,6 +340,7 @@ const OF_PROGRAMS: [&str; 8] = [
     "serial_number",
     "asset_id",
     "calibration_due_days",
+    "calibration_limits",
 ];
 
 #[tokio::test]
@@ -359,6 +361,12 @@ async fn what_a_profile_says_of_programs_is_kept_and_what_it_does_not_say_is_not
     let second = etag(&put);
     let document: Value = put.json().await.unwrap();
     assert_eq!(document["revision"], 2);
+    // The list of machines has the numbers by which a shop knows its machines.
+    let list: Value = app.get("/v1/machines?limit=1").await.json().await.unwrap();
+    assert_eq!(
+        (&list["items"][0]["serial_number"], &list["items"][0]["asset_id"]),
+        (&document["serial_number"], &document["asset_id"])
+    );
     for name in OF_PROGRAMS {
         // Whole numbers come back as numbers with a point.
         let said = with_programs()[name].to_string().replace(".0", "");

@@ -3,6 +3,7 @@
 mod ballbar;
 #[path = "../models/bar_machine.rs"]
 mod bar_machine;
+mod calibration_budget;
 mod control_export;
 mod cutter_contact;
 #[path = "../models/double_double.rs"]

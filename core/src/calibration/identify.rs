@@ -8,6 +8,7 @@ use super::decomposition::{Decomposition, product};
 use super::eccentricity::{Harmonic, HarmonicFit};
 use super::observations::{Observations, Predicted};
 use super::robust::{Outliers, keep};
+use super::uncertainty::Response;
 use super::warnings::{RunWarning, warnings};
 use super::{BallBarRun, ErrorParameter, RunFault, SetupError, placing_parameters, told_per_unit};
 use crate::machine::{LocationError, Machine};
@@ -146,33 +147,33 @@ pub fn expected_readings(
 
 /// The parts of the problem that stay the same from step to step.
 pub(super) struct Fit<'a> {
-    machine: &'a Machine,
-    run: &'a BallBarRun,
+    pub(super) machine: &'a Machine,
+    pub(super) run: &'a BallBarRun,
     pub(super) parameters: Vec<ErrorParameter>,
-    unknowns: Vec<Unknown>,
+    pub(super) unknowns: Vec<Unknown>,
     pub(super) observations: Observations,
     solved: Decomposition,
     /// Matrix from the determined combinations to the unknowns in their units.
-    directions: DMatrix<f64>,
+    pub(super) directions: DMatrix<f64>,
     /// Number of unknowns that the readings determine, and number of unknowns. They include the set-up error if it
     /// was not given.
     rank: usize,
     counted: usize,
-    blind: Vec<Blind>,
+    pub(super) blind: Vec<Blind>,
 }
 
 /// The state of a fit.
 #[derive(Debug, Clone)]
 pub(super) struct Solution {
-    errors: [LocationError; 2],
-    setup_error_mm: [f64; 2],
+    pub(super) errors: [LocationError; 2],
+    pub(super) setup_error_mm: [f64; 2],
     /// Measured minus model, with offsets still included \[mm\].
     pub(super) residuals_mm: DVector<f64>,
-    predicted: Predicted,
+    pub(super) predicted: Predicted,
 }
 
 impl<'a> Fit<'a> {
-    fn new(machine: &'a Machine, run: &'a BallBarRun) -> Result<Self, RunFault> {
+    pub(super) fn new(machine: &'a Machine, run: &'a BallBarRun) -> Result<Self, RunFault> {
         let parameters = placing_parameters(machine);
         let observations = Observations::new(machine, run);
         // At zero of everything: an effect that only the product of two small numbers shows does not count as seen.
@@ -210,13 +211,23 @@ impl<'a> Fit<'a> {
     }
 
     fn run(&self) -> Result<Identified, RunFault> {
+        let Outliers { solution, weights, left_out } = self.solve()?;
+        Ok(self.answer(&solution, &weights, &left_out))
+    }
+
+    /// The errors that explain the readings kept.
+    pub(super) fn solve(&self) -> Result<Outliers, RunFault> {
         let known = match self.run.setup_error {
             SetupError::Known(known) => known,
             SetupError::Spindle(_) | SetupError::Unknown => [0.0; 2],
         };
         let start = self.at([LocationError::default(); 2], known);
-        let Outliers { solution, weights, left_out } = keep(self, start)?;
-        Ok(self.answer(&solution, &weights, &left_out))
+        keep(self, start)
+    }
+
+    /// Which unknowns are part of a combination that the readings do not determine.
+    pub(super) fn undetermined(&self) -> Vec<bool> {
+        self.solved.touched()
     }
 
     fn at(&self, errors: [LocationError; 2], setup_error_mm: [f64; 2]) -> Solution {
@@ -294,7 +305,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The slopes along the determined combinations, projected and weighted.
-    fn design(&self, solution: &Solution, weights: &[f64]) -> DMatrix<f64> {
+    pub(super) fn design(&self, solution: &Solution, weights: &[f64]) -> DMatrix<f64> {
         let slopes = solution.predicted.slopes.columns(0, self.unknowns.len());
         let mut design = product(slopes, &self.directions);
         self.observations.project(weights, design.as_mut_slice());
@@ -338,7 +349,7 @@ impl<'a> Fit<'a> {
             }
         }
         let covariance = self.covariance(solution, weights, weighted.norm_squared(), degrees_of_freedom);
-        let undetermined = self.solved.touched();
+        let undetermined = self.undetermined();
         let absolute = absolute_estimates(
             self.machine,
             &solution.errors,
@@ -379,40 +390,14 @@ impl<'a> Fit<'a> {
         if degrees_of_freedom == 0 && instrument_mm.is_none() {
             return None;
         }
-        let factors = self.design(solution, weights).qr();
-        let count = self.directions.ncols();
-        let inverse = factors.r().solve_upper_triangular(&DMatrix::identity(count, count))?;
-        // unknowns = spread · Qᵀ rows
-        let spread = product(&self.directions, &inverse);
+        let response = Response::new(self, solution, weights)?;
         let mut covariance = if degrees_of_freedom > 0 {
-            product(&spread, &spread.transpose()) * (squares / degrees_of_freedom as f64)
+            response.scatter(squares / degrees_of_freedom as f64)
         } else {
             DMatrix::zeros(self.unknowns.len(), self.unknowns.len())
         };
         if let Some(instrument_mm) = instrument_mm {
-            let rows = self.observations.values_mm.len();
-            for (block, component) in
-                self.observations.blocks.iter().flat_map(|block| [(block, 0), (block, 1)])
-            {
-                let mut shape = DVector::zeros(rows);
-                for row in 0..block.rows {
-                    shape[block.first + row] = match block.test.map(|test| &self.run.tests[test]) {
-                        // A test with two eccentricities only: each is its own row.
-                        Some(test) if test.readings().is_empty() => f64::from(u8::from(row == component)),
-                        Some(test) => {
-                            let axis = &self.machine.rotary_axes()[test.axis];
-                            Harmonic::new(axis, test.bar).at(block.turns[row])[component]
-                        }
-                        None if component == 0 => block.turns[row].0,
-                        None => block.turns[row].1,
-                    };
-                }
-                self.observations.project(weights, shape.as_mut_slice());
-                factors.q_tr_mul(&mut shape);
-                let shifts =
-                    product(&spread, &DMatrix::from_column_slice(count, 1, &shape.as_slice()[..count]));
-                covariance += product(&shifts, &shifts.transpose()) * (instrument_mm * instrument_mm);
-            }
+            response.add_instrument(self, weights, instrument_mm, &mut covariance);
         }
         Some(covariance)
     }

@@ -20,6 +20,7 @@ mod prediction;
 mod robust;
 pub mod rotary_sphere;
 mod turned_bars;
+mod uncertainty;
 mod warnings;
 
 pub use absolute::{AbsoluteError, absolute_errors, iso_230_symbol};
@@ -29,4 +30,7 @@ pub use fault::RunFault;
 pub use identify::{Eccentricities, Identified, Outlier, Unknown, expected_readings, identify};
 pub use lines::{CommonPerpendicular, rotation_vector_rad};
 pub use parameters::{COMPONENT_NAMES, ErrorParameter, placing_parameters, told_per_unit};
+pub use uncertainty::{
+    InputUncertainties, UncertaintyBudget, UncertaintyPart, UncertaintySource, uncertainty_budget,
+};
 pub use warnings::RunWarning;

@@ -24,6 +24,5 @@ pub use following_error::{FollowingErrorCurve, FollowingErrorFigure, following_e
 pub use polar_contour::{PolarCurve, PolarFigure, polar_contour};
 pub use residual_map::{ResidualFigure, ResidualSample, residual_map};
 pub use scallop::{ScallopCurve, ScallopFigure, scallop_heights};
-pub use svg::light_only;
 pub use sweep::{SweepFigure, sweep_curves, sweep_map};
 pub use wear_trend::{WearBand, WearEdgeCurve, WearEnd, WearTrendFigure, wear_trend};

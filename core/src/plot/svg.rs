@@ -260,15 +260,6 @@ impl Drawing {
 const MINE: &str = ".trunnion";
 pub(super) const TITLE_SIZE: f64 = 17.0;
 
-/// The figure without its colours for dark screens, for pages that are always light.
-#[must_use]
-pub fn light_only(svg: &str) -> String {
-    match (svg.split_once("<style>"), svg.split_once("</style>\n")) {
-        (Some((before, _)), Some((_, after))) => format!("{before}{after}"),
-        _ => svg.to_owned(),
-    }
-}
-
 /// About the width of a text (Arial).
 pub(super) fn width_of(text: &str, size: f64) -> f64 {
     let of = |letter: char| match letter {
@@ -379,8 +370,6 @@ mod tests {
         let svg = drawing.finish((10.0, 10.0), "", "");
         assert!(svg.contains("[stroke=\"#d55e00\"]{stroke:#ff9447}") && svg.contains("#14181d"));
         assert!(!svg.contains("#008f68"), "a colour that is not used");
-        let light = light_only(&svg);
-        assert!(!light.contains("dark") && light.contains("#d55e00") && light.ends_with("</svg>\n"));
     }
 
     #[test]

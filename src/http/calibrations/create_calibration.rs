@@ -41,7 +41,7 @@ refusals!(
     ),
     request_body(content = CalibrationRequest, description = "The run", example = json!({
         "kind": "rtcp-ballbar", "measured_at": "2025-03-14T09:26:53Z", "temperature_c": 20.1, "note": "after the crash",
-        "instrument": "ball bar 4711", "bar_length_mm": 100, "setup_error_um": {"e_xs": 1.2, "e_ys": -0.4},
+        "instrument": "ball bar", "instrument_serial_number": "BB-4711", "bar_length_mm": 100, "setup_error_um": {"e_xs": 1.2, "e_ys": -0.4},
         "tests": [
             {"rotary_axis": "C", "bar_direction": "radial", "ball_mm": [150, 0, 60], "eccentricity_um": [6.7, 16.4]},
             {"rotary_axis": "C", "bar_direction": "axial", "ball_mm": [150, 0, 60], "eccentricity_um": [-2.0, 2.6]},

@@ -19,8 +19,8 @@ refusals!(
 
 /// Read a calibration run
 ///
-/// JSON as first answered. With `Accept: image/svg+xml`: a figure (`plot`). With `Accept: text/html`: a report for
-/// people, with all figures.
+/// JSON as first answered. With `Accept: image/svg+xml`: a figure (`plot`). With `Accept: text/html`: a report to print,
+/// sign and file, with expanded uncertainties, their budget, limits and verdicts, and all figures.
 #[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations/{id}",

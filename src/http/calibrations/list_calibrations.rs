@@ -1,6 +1,7 @@
 //! Lists the runs of a machine.
 
 use axum::extract::State;
+use axum::response::{IntoResponse, Response};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -9,12 +10,12 @@ use crate::description::{IntoParams, operation};
 use crate::http::AppState;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
-use crate::http::paging::{Listed, PageQuery};
+use crate::http::paging::{CSV, Listed, PageQuery, table_page};
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::time_bound;
 use crate::store::CalibrationFilter;
-use crate::wire::{CalibrationDocument, CalibrationKind, Fault};
+use crate::wire::{CalibrationDocument, CalibrationKind, Fault, calibration_table};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
 
@@ -52,7 +53,8 @@ pub(super) fn bounds(
 
 /// List calibration runs
 ///
-/// The last stored run comes first. Runs of a deleted machine are listed too.
+/// The last stored run comes first. Runs of a deleted machine are listed too. `Accept: text/csv` gives a table with one
+/// row for each run; the header `Trunnion-Next-Cursor` then has the cursor of the next page.
 #[operation(
     get,
     path = "/v1/machines/{machine_id}/calibrations",
@@ -60,8 +62,10 @@ pub(super) fn bounds(
     operation_id = "list_calibrations",
     params(("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"), CalibrationQuery),
     responses(
-        (status = 200, description = "A page of runs", body = Listed<CalibrationDocument>,
-            example = json!({"items": [], "next_cursor": null})),
+        (status = 200, description = "A page of runs", content(
+            (Listed<CalibrationDocument> = "application/json", example = json!({"items": [], "next_cursor": null})),
+            (String = "text/csv")),
+            headers(("Trunnion-Next-Cursor" = String, description = "Of a table: cursor of the next page, if there is one"))),
         Refusals,
     )
 )]
@@ -70,8 +74,8 @@ pub(super) async fn list_calibrations(
     Path(machine_id): Path<String>,
     Query(query): Query<CalibrationQuery>,
     headers: HeaderMap,
-) -> Result<Json<Listed<CalibrationDocument>>, Problem> {
-    choose(&headers, &["application/json"])?;
+) -> Result<Response, Problem> {
+    let kind_of_answer = choose(&headers, &["application/json", CSV])?;
     let CalibrationQuery { limit, cursor, kind, measured_from, measured_to } = query;
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
     let (measured_from, measured_to) = bounds(measured_from.as_deref(), measured_to.as_deref())
@@ -81,5 +85,9 @@ pub(super) async fn list_calibrations(
     if page.items.is_empty() {
         ever_existed(&app, &machine_id).await?;
     }
-    Ok(Json(Listed::new(page, |document| document)))
+    if kind_of_answer == CSV {
+        let table = calibration_table(&page.items).map_err(|fault| Problem::internal(&fault))?;
+        return Ok(table_page(table, page.next));
+    }
+    Ok(Json(Listed::new(page, |document| document)).into_response())
 }

@@ -9,7 +9,10 @@ mod get_calibration;
 mod get_run;
 mod get_trend;
 mod list_calibrations;
+mod report_markup;
 mod report_page;
+mod report_results;
+mod report_setup;
 
 use http::HeaderMap;
 

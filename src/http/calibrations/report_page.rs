@@ -1,114 +1,129 @@
-//! A run as a page for people to read and print.
+//! A run as a report for people to read, print, sign and file.
 
 use super::figures::{eccentricities, residuals};
+use super::measured_revision;
+use super::report_markup::{escaped, facts, given, section};
+use super::report_results::{Results, for_profile, results};
+use super::report_setup::{identity, inseparable, questions, setup, time};
 use crate::http::AppState;
 use crate::http::problem::Problem;
-use crate::plot::light_only;
-use crate::store::CalibrationRow;
-use crate::wire::{CalibrationDocument, Estimate};
+use crate::jobs::{due_at, evaluate_budget, timestamp};
+use crate::store::{CalibrationRow, CalibrationUse, Revision};
+use crate::wire::{CalibrationDocument, CalibrationRequest, MachineProfile};
 
-/// The page: the measurement, the results with uncertainties, the errors that are not determined, and the figures.
+/// The look of the page, on a screen and on A4 paper.
+const STYLE: &str = include_str!("report.css");
+
+/// The page. Names, limits and the period of calibrations come from the machine's current profile; if the machine is
+/// deleted, from the measured one.
 pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, Problem> {
+    let measured = measured_revision(app, &run).await?;
+    let current = app.store.machine(&run.document.machine_id).await?;
+    let uses = app.store.calibration_uses(&run.document.machine_id, &run.document.id).await?;
     let figures = residuals(app, &run, None).await?;
-    let document = run.document;
-    let bars = if document.ball_bar.is_some() {
-        let drawn = document.clone();
-        app.compute.run(move |_stop| eccentricities(&drawn)).await?
-    } else {
-        String::new()
+    let CalibrationRow { document, run, .. } = run;
+    let (bars, text) = app
+        .compute
+        .run(move |_stop| {
+            let bars = document.ball_bar.as_ref().map(|_found| eccentricities(&document)).transpose()?;
+            Ok::<_, Problem>((bars, report(&document, &run, measured, current.as_ref(), &uses)?))
+        })
+        .await??;
+    let figures = bars.iter().chain(&figures);
+    let figures: String = figures.map(|figure| format!("<figure>{figure}</figure>\n")).collect();
+    Ok(format!("{text}\n{}\n</main></html>\n", section("Figures", &figures)))
+}
+
+/// Everything before the figures.
+fn report(
+    document: &CalibrationDocument,
+    run: &str,
+    measured: Revision,
+    current: Option<&Revision>,
+    uses: &[CalibrationUse],
+) -> Result<String, Problem> {
+    let request: CalibrationRequest = serde_json::from_str(run).map_err(|fault| Problem::internal(&fault))?;
+    let stated = current.map_or_else(|| measured.document.clone(), |current| current.document.clone());
+    let (profile, revision) = (&stated.profile, stated.revision);
+    let (_, machine) = measured
+        .document
+        .profile
+        .into_machine()
+        .map_err(|_stored_is_sound| Problem::internal(&"a stored profile is no longer accepted"))?;
+    let budget = document
+        .ball_bar
+        .as_ref()
+        .map(|_found| evaluate_budget(&request, &machine))
+        .transpose()
+        .map_err(|_stored_is_sound| Problem::internal(&"a stored run is no longer accepted"))?;
+    let found = Results {
+        document,
+        request: &request,
+        machine: &machine,
+        budget: budget.as_ref(),
+        profile,
+        revision,
     };
-    let title = format!("Calibration of {}", document.machine_id);
-    let cascaded = document.errors.iter().flat_map(|(axis, errors)| {
-        errors.iter().map(move |(name, estimate)| (format!("{axis}.{name}"), *estimate))
-    });
-    let absolute = document.iso_230.iter().map(|(name, estimate)| (name.clone(), *estimate));
-    let hidden = document.blind.iter().map(|blind| {
-        let remedy = blind.separated_by.as_ref().map(|run| format!("; add {run}")).unwrap_or_default();
-        blind.words.clone() + &remedy
-    });
-    let questions = document.warnings.iter().map(|warning| {
-        let test = warning.test.map(|test| format!("Test {test}: ")).unwrap_or_default();
-        test + &warning.detail
-    });
-    let mut parts = vec![
-        facts(&document),
-        "<h2>Location errors, cascaded as in the profile</h2>".to_owned(),
-        estimates(cascaded, &document.unidentifiable),
-        "<h2>Location errors against the machine's frame (ISO 230-7)</h2>".to_owned(),
-        estimates(absolute, &document.unidentifiable),
-        list("Errors that the run cannot separate", hidden),
-        list("Questions", questions),
-        "<h2>Figures</h2>".to_owned(),
-        light_only(&bars),
+    let title = format!("Calibration report: {}", escaped(&profile.name));
+    let parts = [
+        format!(
+            "<!doctype html>\n<html lang=en><meta charset=utf-8><meta name=viewport content=\"width=device-width\">\
+             <meta name=color-scheme content=\"light dark\"><title>{title}</title>\n<style>\n{STYLE}</style>\n\
+             <main>\n<h1>{title}</h1>"
+        ),
+        identity(document, profile, revision),
+        results(found),
+        section("What cannot be separated", &inseparable(document)),
+        section("To check", &questions(document)),
+        section("Set-up", &setup(document, &request)),
+        section("Values for the profile", &for_profile(found)),
+        section("Use", &usage(document, profile, current, uses)),
+        signatures(),
     ];
-    // The page is light on every screen, and so are its figures.
-    parts.extend(figures.iter().map(|figure| light_only(figure)));
-    let body = parts.join("\n");
-    let title = escaped(&title);
-    Ok(format!(
-        "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\"><title>{title}</title>\n<style>body{{font-family:sans-serif;max-width:1040px;margin:2em auto}}table{{border-collapse:collapse}}td,th{{border:1px solid #ccc;padding:.3em .7em;text-align:left}}td.n{{text-align:right}}</style>\n<h1>{title}</h1>\n{body}</html>\n"
-    ))
+    Ok(parts.join("\n"))
 }
 
-fn facts(document: &CalibrationDocument) -> String {
-    let text = |value: &Option<String>| value.clone().unwrap_or_else(|| "not given".to_owned());
-    let condition = document
-        .condition_number
-        .map_or_else(String::new, |number| format!(", condition number {number:.1}"));
-    let rows = [
-        ("run", document.id.clone()),
-        ("machine", format!("{}, revision {}", document.machine_id, document.machine_revision)),
-        ("kind", document.kind.as_str().to_owned()),
-        ("measured", document.measured_at.clone()),
-        ("instrument", text(&document.instrument)),
-        ("operator", text(&document.operator)),
-        (
-            "temperature",
-            document.temperature_c.map_or_else(|| "not given".to_owned(), |value| format!("{value} °C")),
-        ),
-        ("note", text(&document.note)),
-        ("SHA-256 of the readings", document.run_sha256.clone()),
-        ("determined", format!("{} of {} unknowns{condition}", document.rank, document.unknowns)),
-        (
-            "residual, rms",
-            format!(
-                "{:.3} µm with {} degrees of freedom",
-                document.residual_rms_um, document.degrees_of_freedom
-            ),
-        ),
-        ("evaluated by", format!("Trunnion {}", document.software_version)),
-    ];
-    let rows: Vec<String> = rows
+/// Whether the run was applied, and when the next one is due.
+fn usage(
+    document: &CalibrationDocument,
+    profile: &MachineProfile,
+    current: Option<&Revision>,
+    uses: &[CalibrationUse],
+) -> String {
+    let applied: Vec<String> = uses
         .iter()
-        .map(|(name, value)| format!("<tr><th>{name}</th><td>{}</td></tr>", escaped(value)))
-        .collect();
-    format!("<table>\n{}\n</table>", rows.join("\n"))
-}
-
-fn estimates(rows: impl Iterator<Item = (String, Estimate)>, open: &[String]) -> String {
-    let rows: Vec<String> = rows
-        .map(|(name, Estimate { value, standard_uncertainty })| {
-            let sigma =
-                standard_uncertainty.map_or_else(|| "unknown".to_owned(), |sigma| format!("{sigma:.3}"));
-            let remark = if open.contains(&name) { "not determined by this run alone" } else { "" };
-            format!(
-                "<tr><td>{name}</td><td class=n>{value:.3}</td><td class=n>{sigma}</td><td>{remark}</td></tr>"
-            )
+        .map(|one| {
+            let key = match &one.key_id {
+                Some(key_id) => format!("by key <code>{}</code>", escaped(key_id)),
+                None => "without a key".to_owned(),
+            };
+            format!("{} {key}: revision {}", time(&one.at), one.revision)
         })
         .collect();
-    let head = "<tr><th>error</th><th>value</th><th>standard uncertainty</th><th></th></tr>";
-    format!("<table>\n{head}\n{}\n</table>", rows.join("\n"))
+    let applied = if applied.is_empty() { "not applied".to_owned() } else { applied.join("<br>") };
+    let now = match current {
+        None => "the machine is deleted".to_owned(),
+        Some(Revision { document: machine, calibration_id, .. }) => {
+            let revision = machine.revision;
+            match calibration_id {
+                Some(id) if *id == document.id => format!("revision {revision} has the errors of this run"),
+                Some(id) => format!("revision {revision} has the errors of run <code>{}</code>", escaped(id)),
+                None => format!("revision {revision} was stored without applying a run"),
+            }
+        }
+    };
+    let due = match profile.calibration_due_days {
+        None => "no period stated (<code>calibration_due_days</code> of the profile)".to_owned(),
+        Some(days) => {
+            let date = due_at(&document.measured_at, days).map(timestamp);
+            let date = date.as_deref().and_then(|text| text.get(..10)).unwrap_or("after the year 9999");
+            format!("{date}, {} days after this measurement", given(days))
+        }
+    };
+    facts(&[("Applied", applied), ("The machine now", now), ("Next calibration due", due)])
 }
 
-/// A list under its heading; empty text for an empty list.
-fn list(heading: &str, items: impl Iterator<Item = String>) -> String {
-    let items: Vec<String> = items.map(|item| format!("<li>{}</li>", escaped(&item))).collect();
-    if items.is_empty() {
-        return String::new();
-    }
-    format!("<h2>{heading}</h2>\n<ul>\n{}\n</ul>", items.join("\n"))
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+fn signatures() -> String {
+    let line = |role: &str| format!("<div><p>{role}</p><p class=line></p><p>name, date, signature</p></div>");
+    format!("<div class=signatures>\n{}\n{}\n</div>", line("Measured"), line("Checked and released"))
 }

@@ -15,7 +15,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::time_bound;
 use crate::store::JobFilter;
-use crate::wire::{FaultList, JobDocument, JobOperation, JobState};
+use crate::wire::{Fault, FaultList, JobDocument, JobOperation, JobState};
 
 refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
@@ -45,11 +45,36 @@ pub(super) struct JobQuery {
     /// Only jobs created before this time (RFC 3339).
     #[param(format = "date-time", example = "2026-03-15T00:00:00.000Z")]
     created_before: Option<String>,
+    /// Only jobs that read a program with this SHA-256.
+    #[param(
+        pattern = "^[0-9a-f]{64}$",
+        example = "2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824"
+    )]
+    input_sha256: Option<String>,
+    /// Only jobs that wrote a program with this SHA-256.
+    #[param(
+        pattern = "^[0-9a-f]{64}$",
+        example = "2cf24dba5fb0a30e26e83b2ac5b9e29e1b161e5c1fa7425e73043362938b9824"
+    )]
+    output_sha256: Option<String>,
+}
+
+/// A digest as it is stored; adds a fault.
+fn digest(pointer: &str, text: Option<String>, faults: &mut FaultList) -> Option<String> {
+    let digits = |text: &str| text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let text = text?;
+    if digits(&text) {
+        return Some(text.to_ascii_lowercase());
+    }
+    let detail = "a SHA-256 is written with 64 hexadecimal digits";
+    faults.push(|| Fault::new(pointer, detail));
+    None
 }
 
 /// List jobs
 ///
-/// Newest first; only jobs of machines that the API key reaches.
+/// Newest first; only jobs of machines that the API key reaches. `input_sha256` and `output_sha256` find the jobs of a
+/// program: where a file on a control came from, and whether a source was computed before.
 #[operation(
     get,
     path = "/v1/jobs",
@@ -69,19 +94,40 @@ pub(super) async fn list_jobs(
     headers: HeaderMap,
 ) -> Result<Json<Listed<JobDocument>>, Problem> {
     choose(&headers, &["application/json"])?;
-    let JobQuery { limit, cursor, machine_id, state, external_id, operation, created_after, created_before } =
-        query;
+    let JobQuery {
+        limit,
+        cursor,
+        machine_id,
+        state,
+        external_id,
+        operation,
+        created_after,
+        created_before,
+        input_sha256,
+        output_sha256,
+    } = query;
     let mut faults = FaultList::default();
     let mut bound = |pointer, text: Option<String>| {
         text.and_then(|text| time_bound(pointer, &text).map_err(|fault| faults.push(|| fault)).ok())
     };
     let created_after = bound("/created_after", created_after);
     let created_before = bound("/created_before", created_before);
+    let input_sha256 = digest("/input_sha256", input_sha256, &mut faults);
+    let output_sha256 = digest("/output_sha256", output_sha256, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
     let machines = caller.machines.as_deref().cloned();
-    let filter =
-        JobFilter { machine_id, state, external_id, operation, created_after, created_before, machines };
+    let filter = JobFilter {
+        machine_id,
+        state,
+        external_id,
+        operation,
+        created_after,
+        created_before,
+        input_sha256,
+        output_sha256,
+        machines,
+    };
     let page = app.store.jobs(&filter, limit, before).await?;
     Ok(Json(Listed::new(page, |job| with_progress(&app, job).document)))
 }

@@ -49,7 +49,8 @@ refusals!(
         "max_feed_mm_per_min": 15000,
         "plane_solution": {"rule": "negative-first", "axis": "A"},
         "serial_number": "1138-5519",
-        "calibration_due_days": 90
+        "calibration_due_days": 90,
+        "calibration_limits": {"E_X0C_um": 10, "E_A0C_urad": 30}
     })),
     responses(
         (status = 201, description = "A new machine", body = crate::wire::MachineDocument,

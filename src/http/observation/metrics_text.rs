@@ -4,13 +4,13 @@ use std::fmt::Write;
 
 use super::operations::{Operations, STATUSES};
 use crate::http::security_log::SecurityLog;
-use crate::jobs::{DeliveriesReading, QueueReading};
+use crate::jobs::{CalibrationReading, DeliveriesReading, QueueReading};
 use crate::meter::{self, CLASSES_S, Counter, Times};
 use crate::store::{DiskSpace, SoundnessReading};
 use crate::wire::{DeliveryOutcome, JobState};
 
 /// Values that are read from other parts at the time of the request.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(in crate::http) struct Readings {
     /// Requests whose client left before the answer.
     pub(in crate::http) abandoned: u64,
@@ -24,8 +24,19 @@ pub(in crate::http) struct Readings {
     pub(in crate::http) disk: Option<DiskSpace>,
     /// Webhooks that wait, if the store answers.
     pub(in crate::http) deliveries: Option<DeliveriesReading>,
+    /// How old calibrations are, if the store answers.
+    pub(in crate::http) calibrations: Option<Calibrations>,
     /// Known damage of stored data.
     pub(in crate::http) soundness: SoundnessReading,
+}
+
+/// How old the calibrations of the machines are that the caller reaches.
+#[derive(Debug, Clone, Default)]
+pub(in crate::http) struct Calibrations {
+    /// The machines.
+    pub(in crate::http) machines: Vec<CalibrationReading>,
+    /// Whether there are more machines than are measured.
+    pub(in crate::http) is_cut: bool,
 }
 
 /// The whole text. Series that never counted anything are left out.
@@ -73,6 +84,9 @@ pub(in crate::http) fn metrics_text(
     requests(&mut text, operations);
     refusals(&mut text, security);
     soundness(&mut text, &readings.soundness);
+    if let Some(read) = &readings.calibrations {
+        calibrations(&mut text, read);
+    }
     for (name, kind, help, value) in [
         (
             "trunnion_http_requests_in_flight",
@@ -163,6 +177,27 @@ fn soundness(text: &mut Text, soundness: &SoundnessReading) {
         let help = "Time when all stored data was last read completely.";
         text.single("trunnion_scrub_last_timestamp_seconds", "gauge", help, at_s);
     }
+}
+
+/// Ages of calibrations, by machine.
+fn calibrations(text: &mut Text, read: &Calibrations) {
+    let mut family = |name: &str, help: &str, value: &dyn Fn(&CalibrationReading) -> Option<String>| {
+        text.family(name, "gauge", help);
+        for machine in &read.machines {
+            if let Some(value) = value(machine) {
+                text.sample(&format!("{name}{{machine_id=\"{}\"}}", machine.machine_id), value);
+            }
+        }
+    };
+    let days = |days: f64| format!("{days:.4}");
+    let help = "Time since the newest measurement of a calibration run.";
+    family("trunnion_calibration_age_days", help, &|machine| machine.age_days.map(days));
+    let help = "Time until the next calibration is due; negative if it is overdue.";
+    family("trunnion_calibration_due_in_days", help, &|machine| machine.due_in_days.map(days));
+    let help = "1 for a machine that states a period of calibrations and was never calibrated.";
+    family("trunnion_calibration_missing", help, &|machine| machine.is_missing.then(|| "1".to_owned()));
+    let help = "1 if there are more machines than these series cover.";
+    text.single("trunnion_calibration_machines_cut", "gauge", help, u8::from(read.is_cut));
 }
 
 fn requests(text: &mut Text, operations: &Operations) {

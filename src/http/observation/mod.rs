@@ -7,7 +7,7 @@ mod subject;
 mod traceparent;
 
 pub use export::{Exporter, FinishedSpan};
-pub(super) use metrics_text::{Readings, metrics_text};
+pub(super) use metrics_text::{Calibrations, Readings, metrics_text};
 pub(super) use operations::{Operations, Series};
 pub(super) use subject::Subject;
 pub use traceparent::Trace;

@@ -7,19 +7,24 @@ use http::header::CONTENT_TYPE;
 
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::caller::Caller;
 use crate::http::negotiate::choose;
-use crate::http::observation::{Readings, metrics_text};
+use crate::http::observation::{Calibrations, Readings, metrics_text};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
+use crate::jobs::CalibrationReading;
 use crate::meter;
 use crate::store::disk_space;
+
+/// Most machines whose calibrations are measured, so that the number of series has a bound.
+const MOST_MACHINES: u32 = 1000;
 
 refusals!(Refusals: NotAcceptable, Busy);
 
 /// Read the metrics
 ///
-/// Requests by operation and status, computations, the store and the process, in the text format that Prometheus
-/// reads.
+/// Requests by operation and status, computations, the store, the process and the age of calibrations, in the text format
+/// that Prometheus reads.
 #[operation(
     get,
     path = "/metrics",
@@ -33,10 +38,13 @@ refusals!(Refusals: NotAcceptable, Busy);
 )]
 pub(super) async fn get_metrics(
     State(app): State<AppState>,
+    caller: Caller,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     // Scrapers first ask for formats of their own, and accept plain text last.
     choose(&headers, &["text/plain"])?;
+    let now = app.sources.clock.now();
+    let ages = app.store.calibration_ages(caller.machines.as_deref(), MOST_MACHINES + 1).await;
     let readings = Readings {
         abandoned: app.abandoned.get(),
         resident_bytes: meter::resident_bytes(),
@@ -45,6 +53,12 @@ pub(super) async fn get_metrics(
         queue: app.queue.reading().await.ok(),
         disk: disk_space(&app.settings.data_dir).ok(),
         deliveries: app.courier.reading().await.ok(),
+        calibrations: ages.ok().map(|ages| {
+            let all = ages.len();
+            let read = ages.into_iter().take(MOST_MACHINES as usize);
+            let machines: Vec<_> = read.map(|age| CalibrationReading::of(age, now)).collect();
+            Calibrations { is_cut: all > machines.len(), machines }
+        }),
         soundness: app.spool.blobs().soundness().reading(),
     };
     let text = metrics_text(app.operations(), &readings, &app.security);

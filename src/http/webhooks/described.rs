@@ -1,9 +1,12 @@
 //! The messages to receivers, for the description of the interface: an operation that the receiver serves and this
 //! service calls.
 
+#[cfg(test)]
 use utoipa::openapi::{OpenApi as Document, Paths, RefOr, Schema};
-use utoipa::{OpenApi, PartialSchema, ToSchema};
+#[cfg(test)]
+use utoipa::{OpenApi, PartialSchema};
 
+use crate::description::ToSchema;
 use crate::wire::JobDocument;
 
 /// The message about the end of a job.
@@ -38,6 +41,7 @@ enum EventType {
 /// A job without its progress.
 struct EndedJob;
 
+#[cfg(test)]
 impl PartialSchema for EndedJob {
     fn schema() -> RefOr<Schema> {
         let mut schema = JobDocument::schema();
@@ -50,6 +54,7 @@ impl PartialSchema for EndedJob {
     }
 }
 
+#[cfg(test)]
 impl ToSchema for EndedJob {
     fn name() -> std::borrow::Cow<'static, str> {
         "EndedJob".into()
