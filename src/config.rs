@@ -2,6 +2,7 @@
 //! environment overrides the file.
 
 mod allowed;
+mod environment;
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 pub use allowed::{AllowedReceiver, NoReceiver};
+pub use environment::unknown_variables;
 
 /// Declares each setting once: the field, its type, its default, the name of its environment variable, and
 /// further attributes of its flag.
@@ -211,6 +213,14 @@ pub enum ConfigFault {
     NoFile {
         /// The given path.
         path: PathBuf,
+    },
+    /// A variable whose name is nearly that of a setting.
+    #[error("the environment variable {given} is no setting; did you mean {known}? Rename or unset it")]
+    Mistyped {
+        /// Name of the variable.
+        given: String,
+        /// Name of the setting's variable.
+        known: String,
     },
     /// A certificate without its key, or a key without its certificate.
     #[error("TLS needs both tls_certificate and tls_key, but {missing} is missing")]

@@ -1,11 +1,9 @@
 //! The `trunnion` binary: reads its settings, starts the service, drains it. Everything else is in the library.
 
-use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
 use rustix::fs::Mode;
-use trunnion::cli::{Cli, Command};
+use trunnion::cli::Command;
 
 /// Tells the C library's allocator to give freed memory back to the system. By itself it keeps much of it.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
@@ -60,19 +58,22 @@ mod allocator {
 
 fn main() -> ExitCode {
     allocator::give_back_long_blocks();
-    let cli = Cli::parse();
+    let cli = match trunnion::cli::parsed() {
+        Ok(cli) => cli,
+        Err(fault) => return ExitCode::from(trunnion::cli::tell_of_arguments(&fault)),
+    };
     if matches!(cli.command, None | Some(Command::Serve)) {
         allocator::give_back_short_blocks();
     }
     // Only the service's user can read what it and its commands write; a program that is written for a user
-    // gets the permissions of an ordinary new file.
-    if !matches!(cli.command, Some(Command::Compensate(_))) {
+    // gets the permissions of an ordinary new file, and so do manual pages.
+    if !matches!(cli.command, Some(Command::Compensate(_) | Command::Man { .. })) {
         rustix::process::umask(Mode::RWXG | Mode::RWXO);
     }
     match trunnion::cli::run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            let _nobody_reads = writeln!(std::io::stderr(), "trunnion: {error}");
+            trunnion::cli::tell(&cli, &error);
             ExitCode::from(error.exit_code())
         }
     }

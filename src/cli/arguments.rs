@@ -1,14 +1,17 @@
 //! The arguments of the command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use clap_complete::Shell;
 
+use super::refusal::warn;
 use super::{
-    CompensateArguments, ConfigCommand, KeysCommand, StartFault, WebhooksCommand, backup, compensate, doctor,
-    health, keys, migrate, serve, settings, webhooks,
+    CompensateArguments, ConfigCommand, KeysCommand, StartFault, WebhooksCommand, backup, compensate, demo,
+    doctor, health, keys, manual, migrate, serve, settings, webhooks,
 };
-use crate::config::{Flags, Settings};
+use crate::config::{Flags, Settings, unknown_variables};
 use crate::store::{AuditHead, Depth};
 
 /// One HTTP service for five-axis machine tools.
@@ -27,7 +30,7 @@ pub struct Cli {
 }
 
 /// The commands.
-#[derive(Debug, Clone, PartialEq, Eq, Subcommand)]
+#[derive(Debug, Clone, PartialEq, Subcommand)]
 pub enum Command {
     /// Run the service until it receives SIGTERM or SIGINT
     Serve,
@@ -70,6 +73,19 @@ pub enum Command {
     Openapi,
     /// Run an operation on one program, without a service and without a database
     Compensate(CompensateArguments),
+    /// Load example programs, a calibration history and a wear history into an empty data directory
+    Demo,
+    /// Print a script that completes commands and flags in a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page
+    Man {
+        /// Directory for the pages of all commands, instead of one page on standard output
+        #[arg(long, value_name = "DIRECTORY")]
+        all_into: Option<PathBuf>,
+    },
 }
 
 /// Runs the command to its end.
@@ -77,21 +93,48 @@ pub enum Command {
 /// # Errors
 /// Unusable settings, or a service that could not start.
 pub fn run(cli: &Cli) -> Result<(), StartFault> {
-    let settings = Settings::load(&cli.flags, cli.config.as_ref())?;
-    match &cli.command {
-        None | Some(Command::Serve) => serve::until_stopped(settings, cli.config.as_deref()),
-        Some(Command::Healthcheck) => health::check(&settings),
-        Some(Command::Keys(command)) => keys::run(&settings, command),
-        Some(Command::Webhooks(command)) => webhooks::run(&settings, *command),
-        Some(Command::Migrate) => Ok(migrate::run(&settings)?),
-        Some(Command::Backup { target }) => Ok(backup::back_up(&settings, target)?),
-        Some(Command::Restore { backup }) => Ok(backup::restore(&settings, backup)?),
-        Some(Command::Doctor { quick, deep, audit_head }) => {
-            let depth = Depth { files: !quick, rows: *deep, known_head: audit_head.clone() };
-            Ok(doctor::run(&settings, cli.config.as_deref(), &depth)?)
+    let told = || unknown_variables(variables());
+    let loaded = || Settings::load(&cli.flags, cli.config.as_ref());
+    let settings = || {
+        told()?.iter().for_each(|warning| warn(warning));
+        loaded()
+    };
+    match cli.command.as_ref().unwrap_or(&Command::Serve) {
+        Command::Serve => {
+            let warnings = told()?;
+            serve::until_stopped(loaded()?, cli.config.as_deref(), &warnings)
         }
-        Some(Command::Config(ConfigCommand::Show)) => Ok(settings::show(&cli.flags, cli.config.as_ref())?),
-        Some(Command::Openapi) => Ok(settings::describe_interface()?),
-        Some(Command::Compensate(arguments)) => Ok(compensate::run(&settings, arguments)?),
+        // A container asks every few seconds: a warning each time would hide the answer.
+        Command::Healthcheck => {
+            told()?;
+            health::check(&loaded()?)
+        }
+        Command::Keys(command) => keys::run(&settings()?, command),
+        Command::Webhooks(command) => webhooks::run(&settings()?, *command),
+        Command::Migrate => Ok(migrate::run(&settings()?)?),
+        Command::Backup { target } => Ok(backup::back_up(&settings()?, target)?),
+        Command::Restore { backup } => Ok(backup::restore(&settings()?, backup)?),
+        Command::Doctor { quick, deep, audit_head } => {
+            let depth = Depth { files: !quick, rows: *deep, known_head: audit_head.clone() };
+            Ok(doctor::run(&settings()?, cli.config.as_deref(), &depth)?)
+        }
+        Command::Config(ConfigCommand::Show) => {
+            settings()?;
+            Ok(settings::show(&cli.flags, cli.config.as_ref())?)
+        }
+        Command::Compensate(arguments) => Ok(compensate::run(&settings()?, arguments)?),
+        Command::Demo => demo::run(settings()?),
+        // These need no settings: a packager has none.
+        Command::Openapi => Ok(settings::describe_interface()?),
+        Command::Completions { shell } => Ok(manual::complete(*shell)?),
+        Command::Man { all_into } => Ok(manual::manual(all_into.as_deref())?),
     }
+}
+
+/// The environment, as far as it is text.
+fn variables() -> impl Iterator<Item = (String, String)> {
+    let text = |(name, value): (OsString, OsString)| {
+        Some((name.into_string().ok()?, value.to_string_lossy().into_owned()))
+    };
+    std::env::vars_os().filter_map(text)
 }

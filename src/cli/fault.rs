@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use super::DemoFault;
 use crate::config::ConfigFault;
 use crate::jobs::{CompensatorFault, ComputeFault, JobFault};
 use crate::store::{BackupFault, BlobFault, LockFault, StoreError};
@@ -50,13 +51,33 @@ pub enum CommandFault {
     /// The profile does not describe a five-axis machine.
     #[error("the machine's profile is refused:{}", listed(.0))]
     Machine(Vec<Fault>),
-    /// The flag and the parameters state different units.
-    #[error("--unit is {typed}, but the parameters state the unit {stated}: give only one of them")]
-    TwoUnits {
-        /// The unit of the flag.
+    /// A flag and the parameters state different values.
+    #[error("{flag} is {typed}, but the parameters state the {name} {stated}: give only one of them")]
+    TwoValues {
+        /// The flag.
+        flag: &'static str,
+        /// The member of the parameters.
+        name: &'static str,
+        /// The value of the flag.
         typed: String,
-        /// The unit of the parameters.
+        /// The value of the parameters.
         stated: String,
+    },
+    /// The operation has no member for the value of a flag.
+    #[error("{flag} is no parameter of {operation}: leave it out, or state the value with --parameters")]
+    NoSuchMember {
+        /// The flag.
+        flag: &'static str,
+        /// The operation.
+        operation: &'static str,
+    },
+    /// No preset has the name.
+    #[error("there is no preset {given:?}; the presets are {known}")]
+    NoPreset {
+        /// The given name.
+        given: String,
+        /// Every name.
+        known: String,
     },
     /// The operation makes no such result.
     #[error("{operation} makes no {what}: leave its file out")]
@@ -75,6 +96,9 @@ pub enum CommandFault {
     /// A result would replace one of its inputs.
     #[error("{} is an input of this command and is not replaced; name another file", .0.display())]
     OwnInput(PathBuf),
+    /// The example was not loaded.
+    #[error(transparent)]
+    Demo(DemoFault),
     /// The work has no result.
     #[error("{}", told(.0))]
     Work(JobFault),

@@ -25,8 +25,19 @@ pub(super) fn open(settings: &Settings) -> std::io::Result<WrittenAtEnd<Stderr>>
         LogFormat::Text => registry.with(lines.fmt_fields(PlainFields).with_filter(filter)).try_init(),
         LogFormat::Json => registry.with(lines.json().with_filter(filter)).try_init(),
     };
-    if opened.is_ok() {
-        log.written_before_panics();
+    match (opened.is_ok(), settings.log_format) {
+        (true, LogFormat::Text) => log.written_before_panics(),
+        (true, LogFormat::Json) => panics_as_lines(),
+        (false, _) => {}
     }
     Ok(log.written_at_end())
+}
+
+/// Reports a panic as a line of the log, in place of the text of the standard library.
+fn panics_as_lines() {
+    std::panic::set_hook(Box::new(|panic| {
+        let (place, text) = (panic.location().map(ToString::to_string), panic.payload_as_str());
+        // An error is written at once, with all lines before it.
+        tracing::error!(place, text, "a thread panicked");
+    }));
 }

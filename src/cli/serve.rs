@@ -14,9 +14,10 @@ use thiserror::Error;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::task::JoinHandle;
 
+use super::refusal::json_line;
 use super::rights::{believed, keep_private};
 use super::{CommandFault, KeysFault, TlsFault, WebhooksFault, logs, tls};
-use crate::config::{ConfigFault, Settings};
+use crate::config::{ConfigFault, LogFormat, Settings};
 use crate::http::connections::Cap;
 use crate::http::first_bytes::{FirstBytes, Patience};
 use crate::http::observation::Exporter;
@@ -342,9 +343,13 @@ impl Running {
 ///
 /// # Errors
 /// The service could not start, or ended with a fault.
-pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result<(), StartFault> {
+pub(super) fn until_stopped(
+    settings: Settings,
+    config: Option<&Path>,
+    warnings: &[String],
+) -> Result<(), StartFault> {
     let _log = logs::open(&settings).map_err(StartFault::Process)?;
-    for warning in believed(&settings, config) {
+    for warning in warnings.iter().chain(&believed(&settings, config)) {
         tracing::warn!("{warning}");
     }
     let drain = Duration::from_secs_f64(settings.drain_timeout_s);
@@ -353,11 +358,11 @@ pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result
     let ended = runtime.block_on(async {
         let mut terminate = signal(SignalKind::terminate()).map_err(StartFault::Process)?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(StartFault::Process)?;
-        let data_dir = settings.data_dir.clone();
+        let (data_dir, form) = (settings.data_dir.clone(), settings.log_format);
         let budget = Cost::budget_within(settings.max_cost_s);
         let compensator = Arc::new(CutterContactCompensator { budget });
         let running = start(settings, Sources::real(), compensator).await?;
-        announce(&running, &data_dir);
+        announce(&running, &data_dir, form);
         tokio::select! {
             _ = terminate.recv() => tracing::info!("stopping after SIGTERM"),
             _ = interrupt.recv() => tracing::info!("stopping after SIGINT"),
@@ -367,12 +372,15 @@ pub(super) fn until_stopped(settings: Settings, config: Option<&Path>) -> Result
     // A computation that does not check its stop signal in time is left behind; the process does not wait for
     // it.
     runtime.shutdown_timeout(drain.min(Duration::from_millis(1500)));
-    tracing::info!("stopped");
+    if ended.is_ok() {
+        tracing::info!("stopped");
+    }
     ended
 }
 
-/// The first lines for people; nothing depends on them.
-fn announce(running: &Running, data_dir: &Path) {
+/// The first lines for people; nothing depends on them. With a log of JSON they are one line of its form, because both
+/// outputs of a container are one log.
+fn announce(running: &Running, data_dir: &Path, form: LogFormat) {
     let (scheme, address) = (if running.tls { "https" } else { "http" }, running.address);
     let guarded = match running.guarding {
         Guarding::Keys(count) => format!("API keys: {count} exist, and every request needs one"),
@@ -385,11 +393,20 @@ fn announce(running: &Running, data_dir: &Path) {
             "INSECURE: no API key exists, and everybody who reaches the port may do everything".to_owned()
         }
     };
-    let lines = format!(
-        "trunnion {} listens on {scheme}://{address}\ndocumentation: {scheme}://{address}/docs    data: {}\n{guarded}\n",
-        env!("CARGO_PKG_VERSION"),
-        data_dir.display()
-    );
+    let (version, data) = (env!("CARGO_PKG_VERSION"), data_dir.display());
+    let url = format!("{scheme}://{address}");
+    let lines = match form {
+        LogFormat::Text => format!(
+            "trunnion {version} listens on {url}\ndocumentation: {url}/docs    data: {data}\n{guarded}\n"
+        ),
+        LogFormat::Json => {
+            let fields = serde_json::json!({
+                "message": "listening", "version": version, "url": url, "documentation": format!("{url}/docs"),
+                "data_dir": data.to_string(), "guarded": guarded,
+            });
+            json_line("INFO", &fields) + "\n"
+        }
+    };
     let _nobody_reads = std::io::stdout().write_all(lines.as_bytes());
 }
 

@@ -60,7 +60,15 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
 
 /// Requests that a monitor, a container and a person without a key must be able to make.
 fn is_open(route: &str) -> bool {
-    const OPEN: &[&str] =
-        &["/healthz", "/readyz", "/v1/version", "/openapi.json", "/problems", "/problems/{code}", "/docs"];
+    const OPEN: &[&str] = &[
+        "/",
+        "/healthz",
+        "/readyz",
+        "/v1/version",
+        "/openapi.json",
+        "/problems",
+        "/problems/{code}",
+        "/docs",
+    ];
     OPEN.contains(&route) || route.starts_with("/docs/")
 }

@@ -86,6 +86,9 @@ pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, B
 
 /// The answer to a request that is not admitted.
 async fn refusal(app: &AppState, refused: Refused, parts: Parts, body: Body) -> Box<Response> {
+    if let Some(id) = &refused.key_id {
+        tracing::Span::current().record("key_id", &**id);
+    }
     if let Some(reason) = refused.reason {
         note_refusal(app, reason, refused.key_id.as_deref(), &parts.method, &parts.extensions);
     }

@@ -27,6 +27,7 @@ mod held_keys;
 mod held_machines;
 mod host;
 mod idempotency;
+mod in_process;
 mod jobs;
 mod keys;
 mod kinematics;
@@ -60,5 +61,6 @@ mod wear;
 mod webhooks;
 
 pub use docs::description_text;
+pub use in_process::InProcess;
 pub use router::{behind_the_edge, router};
 pub use state::AppState;

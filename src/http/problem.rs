@@ -179,6 +179,8 @@ impl IntoResponse for Problem {
         let body = serde_json::to_vec(&document).unwrap_or_default();
         let mut response = (kind.status(), body).into_response();
         response.headers_mut().insert(CONTENT_TYPE, HeaderValue::from_static(PROBLEM_JSON));
+        // The request's log line names it.
+        response.extensions_mut().insert(kind);
         if kind.status() == StatusCode::SERVICE_UNAVAILABLE || kind == ProblemType::Quota {
             response.headers_mut().insert(RETRY_AFTER, HeaderValue::from_static("2"));
         }

@@ -7,13 +7,17 @@ use std::collections::BTreeMap;
 use http::StatusCode;
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::openapi::header::HeaderBuilder;
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::response::ResponseBuilder;
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::openapi::schema::Type;
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{ContentBuilder, ObjectBuilder, Ref, RefOr, Response};

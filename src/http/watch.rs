@@ -119,7 +119,10 @@ impl Watched<'_> {
         if let Some(made) = made {
             self.span.record("job_id", made);
         }
-        log_line(&self.span, status, elapsed, series.method);
+        let problem = response.and_then(|response| response.extensions().get::<ProblemType>());
+        let quiet = is_asked_often(self.route) && status.is_some_and(|status| status.is_success());
+        let line = Line { problem: problem.map(|kind| kind.code()), quiet, elapsed, method: series.method };
+        line.write(&self.span, status);
         if let Some(exporter) = self.app.exporter()
             && self.trace.sampled
         {
@@ -147,22 +150,42 @@ impl Drop for Watched<'_> {
     }
 }
 
-/// One line for each request: a refusal is a warning, a fault of the service is an error.
-fn log_line(span: &Span, status: Option<StatusCode>, elapsed: Duration, method: &str) {
-    let elapsed_ms = elapsed.as_secs_f64() * 1e3;
-    span.in_scope(|| match status {
-        None => tracing::warn!(target: LOGGED_AS, method, elapsed_ms, "abandoned by the client"),
-        Some(status) => {
-            let code = status.as_u16();
-            if status == StatusCode::SERVICE_UNAVAILABLE || status.is_client_error() {
-                tracing::warn!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
-            } else if status.is_server_error() {
-                tracing::error!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
-            } else {
-                tracing::info!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
+/// Whether this is a check of the service's health. Containers and balancers ask every few seconds.
+fn is_asked_often(route: Option<&str>) -> bool {
+    matches!(route, Some("/healthz" | "/readyz"))
+}
+
+/// The members of a request's line.
+struct Line<'a> {
+    /// Code of the problem document, if one was answered.
+    problem: Option<&'static str>,
+    /// Whether the line is only for a log of everything.
+    quiet: bool,
+    elapsed: Duration,
+    method: &'a str,
+}
+
+impl Line<'_> {
+    /// One line for each request: a refusal is a warning, a fault of the service is an error.
+    fn write(&self, span: &Span, status: Option<StatusCode>) {
+        let Self { problem, quiet, elapsed, method } = *self;
+        let elapsed_ms = elapsed.as_secs_f64() * 1e3;
+        span.in_scope(|| match status {
+            None => tracing::warn!(target: LOGGED_AS, method, elapsed_ms, "abandoned by the client"),
+            Some(status) => {
+                let code = status.as_u16();
+                if status == StatusCode::SERVICE_UNAVAILABLE || status.is_client_error() {
+                    tracing::warn!(target: LOGGED_AS, method, status = code, elapsed_ms, problem, "answered");
+                } else if status.is_server_error() {
+                    tracing::error!(target: LOGGED_AS, method, status = code, elapsed_ms, problem, "answered");
+                } else if quiet {
+                    tracing::debug!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
+                } else {
+                    tracing::info!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
+                }
             }
-        }
-    });
+        });
+    }
 }
 
 /// The client's own id of the request, if it is one word of at most 128 characters. It is kept beside ours and never

@@ -2,6 +2,7 @@
 //! lengths, digests and row counts. A backup is complete or does not exist, and so is a restored directory.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
@@ -20,6 +21,8 @@ pub const DATABASE_NAME: &str = "trunnion.sqlite";
 const MANIFEST_NAME: &str = "manifest.json";
 /// Form of a backup.
 const FORMAT: u32 = 1;
+/// Folder that the system makes in the root of a new file system.
+const FOR_REPAIRS: &str = "lost+found";
 /// How often files that jobs release during the copy are searched again.
 const ATTEMPTS: usize = 3;
 
@@ -42,6 +45,17 @@ pub enum BackupFault {
     /// The target already exists.
     #[error("{} already exists; nothing was changed; name another directory", .0.display())]
     Occupied(PathBuf),
+    /// A directory to restore into has entries.
+    #[error(
+        "{} is not empty, it holds {found:?}; nothing was changed; move its content away, or name another directory",
+        path.display()
+    )]
+    NotEmpty {
+        /// The directory.
+        path: PathBuf,
+        /// The name of an entry.
+        found: String,
+    },
     /// The backup would be inside the data directory.
     #[error("{} is inside the data directory, which cannot contain its own backup; name a directory outside it", .0.display())]
     Within(PathBuf),
@@ -212,20 +226,13 @@ fn lies_within(target: &Path, data_dir: &Path) -> Result<bool, BackupFault> {
     Ok(nearest.is_some_and(|folder| folder.starts_with(&data_dir)))
 }
 
-/// Restores a backup into a data directory that is empty or missing. Everything is verified before the first byte is
+/// Restores a backup into a data directory that is empty or missing. An empty one stays, and may be a mount point. Everything is verified before the first byte is
 /// moved to its place.
 ///
 /// # Errors
 /// Why nothing was restored; the data directory is unchanged then.
 pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupFault> {
-    let empty = match fs::read_dir(data_dir) {
-        Ok(mut entries) => entries.next().is_none(),
-        Err(fault) if fault.kind() == io::ErrorKind::NotFound => true,
-        Err(fault) => return Err(at("reading", data_dir)(fault)),
-    };
-    if !empty {
-        return Err(BackupFault::Occupied(data_dir.to_owned()));
-    }
+    let exists = is_empty_directory(data_dir)?;
     let manifest_path = backup.join(MANIFEST_NAME);
     let mut text = Vec::new();
     opened(&manifest_path)?.read_to_end(&mut text).map_err(at("reading", &manifest_path))?;
@@ -234,7 +241,8 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     if manifest.format != FORMAT {
         return Err(BackupFault::Format { found: manifest.format });
     }
-    let staging = staging_beside(data_dir)?;
+    // A directory that exists stays, because it may be a mount point, and its parent another file system.
+    let staging = if exists { staging_in(data_dir)? } else { staging_beside(data_dir)? };
     for (name, expected) in &manifest.files {
         // Names come from a file: only names that a backup can have are followed.
         if name != DATABASE_NAME && blob_name(&expected.sha256) != *name {
@@ -268,8 +276,30 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     if let Some(missing) = named.into_iter().find(|sha256| !manifest.files.contains_key(&blob_name(sha256))) {
         return Err(BackupFault::Missing(missing));
     }
-    settle(staging, data_dir)?;
+    if exists {
+        settle_within(&staging, data_dir)?;
+    } else {
+        settle(staging, data_dir)?;
+    }
     Ok(manifest)
+}
+
+/// Whether a directory exists, which must then be empty. The folder that a new file system has for its own repairs does
+/// not count.
+fn is_empty_directory(path: &Path) -> Result<bool, BackupFault> {
+    let entries = match fs::read_dir(path) {
+        Ok(entries) => entries,
+        Err(fault) if fault.kind() == io::ErrorKind::NotFound => return Ok(false),
+        Err(fault) => return Err(at("reading", path)(fault)),
+    };
+    for entry in entries {
+        let name = entry.map_err(at("reading", path))?.file_name();
+        if name != FOR_REPAIRS {
+            let found = name.to_string_lossy().into_owned();
+            return Err(BackupFault::NotEmpty { path: path.to_owned(), found });
+        }
+    }
+    Ok(true)
 }
 
 /// Rows, schema, named files and end of the audit log of a sound database.
@@ -344,18 +374,58 @@ fn staging_beside(target: &Path) -> Result<tempfile::TempDir, BackupFault> {
         _ => Path::new("."),
     };
     fs::create_dir_all(parent).map_err(at("making", parent))?;
-    tempfile::Builder::new()
-        .prefix(".trunnion-")
-        .tempdir_in(parent)
-        .map_err(at("making a directory in", parent))
+    staging_in(parent)
+}
+
+fn staging_in(folder: &Path) -> Result<tempfile::TempDir, BackupFault> {
+    let made = tempfile::Builder::new().prefix(".trunnion-").tempdir_in(folder);
+    made.map_err(at("making a directory in", folder))
+}
+
+fn sync(path: &Path) -> Result<(), BackupFault> {
+    File::open(path).and_then(|folder| folder.sync_all()).map_err(at("synchronising", path))
 }
 
 /// Brings everything to the disk, then renames it.
 fn settle(staging: tempfile::TempDir, target: &Path) -> Result<(), BackupFault> {
-    let sync = |path: &Path| {
-        File::open(path).and_then(|folder| folder.sync_all()).map_err(at("synchronising", path))
+    sync_all(staging.path())?;
+    fs::rename(staging.path(), target).map_err(at("moving the copy to", target))?;
+    // It has another name now, so there is nothing left to remove.
+    let _moved = staging.keep();
+    match target.parent() {
+        Some(parent) if parent != Path::new("") => sync(parent),
+        _ => sync(Path::new(".")),
+    }
+}
+
+/// Brings everything to the disk, then moves it into the directory that it is in. The database comes last: a service
+/// does not start on files without their database.
+fn settle_within(staging: &tempfile::TempDir, directory: &Path) -> Result<(), BackupFault> {
+    sync_all(staging.path())?;
+    let listed = fs::read_dir(staging.path()).and_then(Iterator::collect::<io::Result<Vec<_>>>);
+    let listed = listed.map_err(at("reading", staging.path()))?;
+    let (database, files): (Vec<_>, Vec<_>) =
+        listed.into_iter().map(|entry| entry.file_name()).partition(|name| name == DATABASE_NAME);
+    let mut moved = Vec::new();
+    let mut place = |name: &OsString| {
+        let to = directory.join(name);
+        fs::rename(staging.path().join(name), &to).map_err(at("moving the copy to", &to))?;
+        moved.push(name.clone());
+        sync(directory)
     };
-    let blobs = staging.path().join("blobs");
+    let placed = files.iter().chain(&database).try_for_each(&mut place);
+    if placed.is_err() {
+        for name in moved {
+            // They are removed with the staging directory.
+            let _back = fs::rename(directory.join(&name), staging.path().join(&name));
+        }
+    }
+    placed
+}
+
+/// Brings the files of a copy to the disk.
+fn sync_all(copy: &Path) -> Result<(), BackupFault> {
+    let blobs = copy.join("blobs");
     let listed = match fs::read_dir(&blobs) {
         Ok(listed) => listed.collect::<Result<Vec<_>, _>>().map_err(at("reading", &blobs))?,
         Err(_no_blobs) => Vec::new(),
@@ -366,14 +436,7 @@ fn settle(staging: tempfile::TempDir, target: &Path) -> Result<(), BackupFault> 
     if !listed.is_empty() {
         sync(&blobs)?;
     }
-    sync(staging.path())?;
-    fs::rename(staging.path(), target).map_err(at("moving the copy to", target))?;
-    // It has another name now, so there is nothing left to remove.
-    let _moved = staging.keep();
-    match target.parent() {
-        Some(parent) if parent != Path::new("") => sync(parent),
-        _ => sync(Path::new(".")),
-    }
+    sync(copy)
 }
 
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BackupFault> {

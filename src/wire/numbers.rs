@@ -9,10 +9,13 @@ use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
@@ -67,6 +70,7 @@ impl<'de, const N: usize> Deserialize<'de> for Fixed<N> {
 
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 impl<const N: usize> PartialSchema for Fixed<N> {
     fn schema() -> RefOr<Schema> {
         ArrayBuilder::new()
@@ -77,6 +81,7 @@ impl<const N: usize> PartialSchema for Fixed<N> {
     }
 }
 
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 impl<const N: usize> ToSchema for Fixed<N> {

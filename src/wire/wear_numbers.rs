@@ -8,10 +8,13 @@ use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaType, Type};
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
@@ -137,12 +140,14 @@ fn one_or_many(kind: &SchemaType) -> RefOr<Schema> {
 
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 impl PartialSchema for Numbers {
     fn schema() -> RefOr<Schema> {
         one_or_many(&SchemaType::Type(Type::Number))
     }
 }
 
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 impl ToSchema for Numbers {
@@ -153,12 +158,14 @@ impl ToSchema for Numbers {
 
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 impl PartialSchema for Answers {
     fn schema() -> RefOr<Schema> {
         one_or_many(&SchemaType::from_iter([Type::Number, Type::Null]))
     }
 }
 
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 impl ToSchema for Answers {

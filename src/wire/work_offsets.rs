@@ -9,10 +9,13 @@ use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 use utoipa::openapi::schema::{ObjectBuilder, Type};
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{Ref, RefOr, Schema};
@@ -116,6 +119,7 @@ impl<'de> Deserialize<'de> for WorkOffsets {
 
 #[cfg(test)]
 #[cfg(test)]
+#[cfg(test)]
 impl PartialSchema for WorkOffsets {
     fn schema() -> RefOr<Schema> {
         let name = ObjectBuilder::new()
@@ -134,6 +138,7 @@ impl PartialSchema for WorkOffsets {
     }
 }
 
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
 impl ToSchema for WorkOffsets {

@@ -1,5 +1,7 @@
 //! Backups and what is restored from them.
 
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 use std::process::Command;
 
 use serde_json::{Value, json};
@@ -118,4 +120,42 @@ async fn a_backup_names_the_file_that_is_missing() {
     let name = blob.file_name().unwrap().to_str().unwrap();
     assert!(said(&refused).contains(&format!("{name} is missing, but a job needs it")), "{}", said(&refused));
     assert!(!folder.path().join("backup").exists());
+}
+
+#[tokio::test]
+async fn an_empty_directory_is_filled_and_not_replaced() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    let app = spawn_in(&data, |_| {}).await;
+    let (job, program) = posted(&app).await;
+    app.stop().await;
+    let backup = folder.path().join("backup");
+    assert_eq!(trunnion(&data, &["backup", path(&backup)]).status.code(), Some(0));
+    // A mount point cannot be replaced: the directory itself must stay. A new file system has a folder of its own.
+    let volume = folder.path().join("volume");
+    std::fs::create_dir_all(volume.join("lost+found")).unwrap();
+    let which = |path: &Path| std::fs::metadata(path).unwrap().ino();
+    let before = which(&volume);
+    let done = trunnion(&volume, &["restore", path(&backup)]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    assert_eq!(which(&volume), before);
+    let mut names: Vec<_> =
+        std::fs::read_dir(&volume).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["blobs", "lost+found", "trunnion.sqlite"]);
+    let app = spawn_in(&volume, |_| {}).await;
+    assert_eq!(app.get(&format!("{job}/program")).await.text().await.unwrap(), program);
+    app.stop().await;
+    let sound = trunnion(&volume, &["doctor"]);
+    assert_eq!(sound.status.code(), Some(0), "{}", said(&sound));
+    let again = trunnion(&volume, &["restore", path(&backup)]);
+    assert!(again.status.code() == Some(2) && said(&again).contains("is not empty"), "{}", said(&again));
+    // A damaged backup leaves nothing in it.
+    let blob = files(&backup.join("blobs")).pop().unwrap();
+    std::fs::write(&blob, "other bytes").unwrap();
+    let other = folder.path().join("other");
+    std::fs::create_dir(&other).unwrap();
+    let refused = trunnion(&other, &["restore", path(&backup)]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert_eq!(std::fs::read_dir(&other).unwrap().count(), 0);
 }

@@ -10,20 +10,17 @@ use rcgen::{CertifiedKey, generate_simple_self_signed};
 use serde_json::{Value, json};
 use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 use tempfile::TempDir;
-use trunnion::config::ENVIRONMENT;
 use trunnion::jobs::CutterContactCompensator;
 
+use crate::process::unset;
 use crate::support::{App, ac_table, spawn_in, spawn_real};
 
-const BLADE: &str = include_str!("../../docs/examples/blade.nc");
+pub(crate) const BLADE: &str = include_str!("../../docs/examples/blade.nc");
 const FLANK: &str = include_str!("../../docs/examples/flank.apt");
 
 /// The binary, with no setting from outside.
 fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
-    for (_, name) in ENVIRONMENT {
-        command.env_remove(name);
-    }
+    let mut command = unset();
     command.args(arguments);
     command
 }
@@ -233,23 +230,23 @@ fn the_description_printed_is_the_committed_one() {
 }
 
 /// Files of one program, its machine and what is made of it.
-struct Bench {
+pub(crate) struct Bench {
     folder: TempDir,
 }
 
 impl Bench {
-    fn new(program: &str, machine: &Value) -> Self {
+    pub(crate) fn new(program: &str, machine: &Value) -> Self {
         let bench = Self { folder: TempDir::new().unwrap() };
         std::fs::write(bench.at("in.nc"), program).unwrap();
         std::fs::write(bench.at("machine.json"), machine.to_string()).unwrap();
         bench
     }
 
-    fn at(&self, name: &str) -> PathBuf {
+    pub(crate) fn at(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
-    fn compensate(&self, more: &[&str]) -> Output {
+    pub(crate) fn compensate(&self, more: &[&str]) -> Output {
         let (input, output, machine) = (self.at("in.nc"), self.at("out.nc"), self.at("machine.json"));
         let mut arguments = vec!["compensate", path(&input), path(&output), "--machine", path(&machine)];
         arguments.extend(more);
@@ -277,7 +274,7 @@ async fn a_program_on_the_command_line_is_the_one_that_the_service_makes() {
     let text = parameters.to_string();
     let done = bench.compensate(&[&["--parameters", &text][..], &files].concat());
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    assert_eq!(said(&done), "");
+    assert_eq!(done.stderr, b"", "{}", said(&done));
     assert_eq!(std::fs::read_to_string(bench.at("out.nc")).unwrap(), served);
     let served: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
     let written: Value = serde_json::from_slice(&std::fs::read(&report).unwrap()).unwrap();
@@ -291,7 +288,14 @@ async fn a_program_on_the_command_line_is_the_one_that_the_service_makes() {
     )
     .unwrap();
     let parameters = bench.at("parameters.json");
-    let done = bench.compensate(&["--operation", "cc-compensation", "--parameters", path(&parameters)]);
+    let done = bench.compensate(&[
+        "--operation",
+        "cc-compensation",
+        "--parameters",
+        path(&parameters),
+        "--report",
+        "-",
+    ]);
     let report: Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!(report["machine_revision"], 1, "{report}");
     assert!(report["after"]["max_um"].as_f64().unwrap() <= 4.0);
@@ -368,11 +372,8 @@ fn every_command_ends_with_2_where_it_could_not_do_its_work_and_with_1_where_it_
 fn unread(data: &Path, arguments: &[&str]) -> Output {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
-    for (_, name) in ENVIRONMENT {
-        command.env_remove(name);
-    }
-    command.env("TRUNNION_DATA_DIR", data).args(arguments);
+    let mut command = command(arguments);
+    command.env("TRUNNION_DATA_DIR", data);
     command.stdout(writer).stderr(std::process::Stdio::piped());
     command.spawn().unwrap().wait_with_output().unwrap()
 }
@@ -391,6 +392,8 @@ fn what_cannot_be_printed_is_said_in_its_own_words_and_leaves_nothing() {
         path(&machine),
         "--parameters",
         LOCATION_ERRORS,
+        "--report",
+        "-",
     ];
     for arguments in
         [&["openapi"][..], &["config", "show"], &["doctor"], &create, &["keys", "list"], &compensate]
@@ -503,7 +506,7 @@ fn the_unit_of_a_program_can_be_stated_on_the_command_line() {
     assert!(said(&done).contains("X is a length, and its unit is not known: give `unit`"), "{}", said(&done));
     let mut made = Vec::new();
     for unit in ["mm", "inch"] {
-        let done = with(&["--unit", unit]);
+        let done = with(&["--unit", unit, "--report", "-"]);
         assert_eq!(done.status.code(), Some(0), "{unit}: {}", said(&done));
         let report: Value = serde_json::from_slice(&done.stdout).unwrap();
         assert_eq!(

@@ -209,7 +209,7 @@ async fn a_posted_job_hands_its_trace_on_to_whom_it_tells() {
 }
 
 /// The log of a service that was asked some things, line by line.
-async fn log_of(level: &str, ask: impl AsyncFnOnce(&str)) -> Vec<Value> {
+pub(crate) async fn log_of(level: &str, ask: impl AsyncFnOnce(&str)) -> Vec<Value> {
     let data = TempDir::new().unwrap();
     let mut child = binary(&data)
         .args(["--listen", "127.0.0.1:0", "--log-format", "json", "--log", level])
@@ -226,7 +226,7 @@ async fn log_of(level: &str, ask: impl AsyncFnOnce(&str)) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-fn answered<'a>(lines: &'a [Value], request_id: &str) -> &'a Value {
+pub(crate) fn answered<'a>(lines: &'a [Value], request_id: &str) -> &'a Value {
     let of = |line: &&Value| {
         line["span"]["client_request_id"] == request_id && line["fields"]["message"] == "answered"
     };

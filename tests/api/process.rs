@@ -3,15 +3,24 @@
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
+use serde_json::Value;
 use tempfile::TempDir;
 use trunnion::config::{ENVIRONMENT, Flags, Settings};
 
 pub(crate) fn binary(data: &TempDir) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
-    for (_, name) in ENVIRONMENT {
-        command.env_remove(name);
-    }
+    let mut command = unset();
     command.env("TRUNNION_DATA_DIR", data.path().join("data")).stdout(Stdio::piped()).stderr(Stdio::null());
+    command
+}
+
+/// The binary, with no setting from outside, and nothing that it would take for one.
+pub(crate) fn unset() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trunnion"));
+    for (name, _) in std::env::vars_os() {
+        if name.to_string_lossy().starts_with("TRUNNION_") {
+            command.env_remove(name);
+        }
+    }
     command
 }
 
@@ -20,10 +29,14 @@ pub(crate) fn address(child: &mut Child) -> String {
     first_lines(child).0
 }
 
-/// The address that the first line names, and what the third says of keys.
+/// The address that the first line names, and what is said of keys: in the third line, or in the only one of JSON.
 pub(crate) fn first_lines(child: &mut Child) -> (String, String) {
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     let first = lines.next().unwrap().unwrap();
+    if let Ok(only) = serde_json::from_str::<Value>(&first) {
+        let member = |name: &str| only["fields"][name].as_str().unwrap().to_owned();
+        return (member("url").rsplit("://").next().unwrap().to_owned(), member("guarded"));
+    }
     assert!(lines.next().unwrap().unwrap().contains("/docs"));
     (first.rsplit("://").next().unwrap().to_owned(), lines.next().unwrap().unwrap())
 }

@@ -4,6 +4,7 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
+use serde_json::Value;
 use tokio::sync::{OwnedRwLockReadGuard, OwnedSemaphorePermit};
 use tracing::Instrument;
 
@@ -15,7 +16,7 @@ use crate::jobs::program_job::{in_rows, keep_all};
 use crate::jobs::turns::{Alone, Place};
 use crate::jobs::{
     Accepted, CompensatorFault, ComputeFault, Finished, InputFile, JobFault, KeptShelf, MachineUsed,
-    PartSurfaceFault, ProgramWork, Sizes, ToolShelf, Workplace, already_done,
+    PartSurfaceFault, ProgramWork, Progress, Sizes, ToolShelf, Workplace, already_done,
 };
 use crate::process::Stop;
 use crate::shares::Who;
@@ -110,7 +111,7 @@ impl Shared {
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
         let parameters = document.parameters.to_string();
         let work = ProgramWork::read(document.operation, parameters.as_bytes(), on, sizes, &self.means)?;
-        job.follow(&program, work.steps_in_turn());
+        job.follow(Progress::of(&program, &work));
         let place = self.place(claimed, job).await?;
         let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
         let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
@@ -192,7 +193,11 @@ impl Shared {
                 }
                 Some(false)
             }
-            Err(fault) => end(Ending::Failed { problem: (self.describe)(fault) }).await,
+            Err(fault) => {
+                let problem = (self.describe)(fault);
+                note_failure(&problem);
+                end(Ending::Failed { problem }).await
+            }
         };
         let given = if ended == Some(false) {
             self.persistently(|| async { self.store.give_back(id, lease, &self.sources.timestamp()).await })
@@ -236,6 +241,18 @@ impl Shared {
             }
         }
     }
+}
+
+/// Writes the reason of a failed job to the log: the code and the details of its problem, and the line of its program.
+fn note_failure(problem: &Value) {
+    let detail = problem.get("detail").and_then(Value::as_str);
+    let line = problem.get("line").and_then(Value::as_u64);
+    tracing::warn!(problem = problem_code(problem), detail, line, "the job failed");
+}
+
+/// The code of a stored problem.
+pub(super) fn problem_code(problem: &Value) -> Option<&str> {
+    problem.get("type")?.as_str()?.rsplit('/').next()
 }
 
 /// The files of a job, each read to its end and verified.

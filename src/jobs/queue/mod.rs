@@ -16,6 +16,7 @@ use tokio::sync::{Mutex, Notify, broadcast};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
+use self::computing::problem_code;
 pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
@@ -149,7 +150,9 @@ impl Queue {
             tracing::warn!(jobs = recovered.queued, "jobs of a process that died are queued again");
         }
         for id in recovered.parked.iter().chain(&recovered.cancelled) {
-            tracing::warn!(job_id = id, parked = recovered.parked.contains(id), "a job ended at the start");
+            let parked = recovered.parked.contains(id);
+            let problem = parked.then(|| problem_code(&died)).flatten();
+            tracing::warn!(job_id = id, parked, problem, "a job ended at the start");
             shared.on_finished(id).await;
         }
         shared.tasks.spawn(Arc::clone(&shared).begin_work());

@@ -1,12 +1,11 @@
 //! The jobs that are being computed in this process.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use tokio_util::sync::CancellationToken;
 
-use crate::jobs::InputFile;
+use crate::jobs::Progress;
 
 /// One job that is being computed.
 #[derive(Debug)]
@@ -15,27 +14,21 @@ pub(super) struct UnderWay {
     pub(super) lease: String,
     /// Cancelled to stop it.
     pub(super) stop: CancellationToken,
-    /// The bytes read of its program, and the number of bytes to read.
-    reading: OnceLock<(Arc<AtomicU64>, f64)>,
+    /// How far it has come, once it has begun.
+    reading: OnceLock<Progress>,
 }
 
 impl UnderWay {
-    /// From now on the reading of this program shows the progress of the job. `steps` take it one after the other,
-    /// and each reads it once. With more readings the progress waits at the end.
-    pub(super) fn follow(&self, program: &InputFile, steps: u32) {
-        let all = program.length as f64 * f64::from(steps.max(1));
+    /// From now on this shows the progress of the job.
+    pub(super) fn follow(&self, progress: Progress) {
         // A job has one program.
-        let _first = self.reading.set((program.counted(), all));
+        let _first = self.reading.set(progress);
     }
 
     fn progress(&self) -> f64 {
-        let Some((read, all)) = self.reading.get() else { return 0.0 };
-        (read.load(Ordering::Relaxed) as f64 / all.max(1.0)).min(ALMOST_DONE)
+        self.reading.get().map_or(0.0, Progress::share)
     }
 }
-
-/// Progress of a program that was read to its end but is not yet stored.
-const ALMOST_DONE: f64 = 0.99;
 
 /// All running jobs.
 #[derive(Debug, Default)]
