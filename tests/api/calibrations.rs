@@ -633,7 +633,10 @@ async fn runs_are_listed_compared_and_followed() {
     let value = points[1]["value"].as_f64().unwrap();
     let figure = svg(&app, &format!("{trend}&tolerance_um=25")).await;
     assert!(figure.contains("applied to the profile") && figure.contains("limits ±25 µm"), "{figure}");
-    assert!(figure.contains(&format!("in the profile, revision 2: {} µm", plain(value))), "{value}: {figure}");
+    assert!(
+        figure.contains(&format!("in the profile, revision 2: {} µm", plain(value))),
+        "{value}: {figure}"
+    );
     let absolute = svg(&app, &format!("{RUNS}/trend?axis=C&error=E_Y0C")).await;
     assert!(absolute.contains("in the profile, revision 2"));
     for (query, pointer) in [("tolerance_um=-1", "/tolerance_um"), ("tolerance_urad=5", "/tolerance_urad")] {

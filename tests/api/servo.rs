@@ -460,7 +460,13 @@ async fn figures_of_a_circle_state_their_scale() {
     let app = spawn().await;
     let body = with(simulation(), &json!({"position_gain_scale": {"C": 25.0 / 30.0}}));
     let polar = svg(&app, SIMULATE, &body).await;
-    for part in ["magnified 200 times", "rings every 50 µm", "ideal circle, r = 60 mm", "major axis at 135°", "C × 0.833"] {
+    for part in [
+        "magnified 200 times",
+        "rings every 50 µm",
+        "ideal circle, r = 60 mm",
+        "major axis at 135°",
+        "C × 0.833",
+    ] {
         assert!(polar.contains(part), "{part}");
     }
     let following = svg(&app, &format!("{SIMULATE}?plot=following-error"), &body).await;
