@@ -5,6 +5,7 @@ use std::fmt::Write;
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
 use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
+use trunnion::plot::plain;
 
 use crate::support::{App, ac_table, pointers, problem, spawn};
 
@@ -629,14 +630,17 @@ async fn runs_are_listed_compared_and_followed() {
     assert_eq!(table.lines().count(), 4);
     assert!(table.starts_with("calibration_id,measured_at,machine_revision,e_y_um,standard_uncertainty_um,"));
     let figure = svg(&app, &trend).await;
-    assert!(figure.contains(">2025-02<") && figure.contains("in the profile, revision 1: 0 µm"), "{figure}");
+    assert!(figure.contains(">2025-02-") && figure.contains("in the profile, revision 1: 0 µm"), "{figure}");
     assert!(!figure.contains("applied to the profile") && !figure.contains("limits"));
     let applied = apply(&app, &ids[1], "*", r#"{"confirm": true}"#).await;
     assert_eq!(applied.status(), StatusCode::OK);
     let value = points[1]["value"].as_f64().unwrap();
     let figure = svg(&app, &format!("{trend}&tolerance_um=25")).await;
     assert!(figure.contains("applied to the profile") && figure.contains("limits ±25 µm"), "{figure}");
-    assert!(figure.contains(&format!("in the profile, revision 2: −{:.1} µm", -value)), "{value}: {figure}");
+    assert!(
+        figure.contains(&format!("in the profile, revision 2: {} µm", plain(value))),
+        "{value}: {figure}"
+    );
     let absolute = svg(&app, &format!("{RUNS}/trend?axis=C&error=E_Y0C")).await;
     assert!(absolute.contains("in the profile, revision 2"));
     for (query, pointer) in [("tolerance_um=-1", "/tolerance_um"), ("tolerance_urad=5", "/tolerance_urad")] {

@@ -118,7 +118,7 @@ async fn every_path_through_the_kinematics_of_the_machine_is_run() {
         let error_um = found["contour_error"]["max_abs_um"].as_f64().unwrap();
         assert!((0.0..5000.0).contains(&error_um), "{path}: {error_um}");
         let figure = svg(&app, &format!("{SIMULATE}?plot=contour-error"), &body).await;
-        assert!(figure.contains("contour error of the tip"), "{path}");
+        assert!(figure.contains("contour error of the tool tip"), "{path}");
         let unit = if path["kind"] == "tip-hold" { "deg/min" } else { "mm/min" };
         assert!(figure.contains(&format!("at 1200 {unit}")), "{path}");
     }
@@ -540,7 +540,8 @@ async fn a_program_is_simulated_and_kept_as_a_job() {
     let kept: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
     assert_eq!(kept, report);
     let plot = app.get(&format!("{job}/plot")).await.text().await.unwrap();
-    assert!(plot.contains("line 5: -"), "the worst line is not marked");
+    let mark = plot.split(">line 5, ").nth(1).and_then(|rest| rest.split_once("</text>"));
+    assert!(mark.is_some_and(|(mark, _)| mark.contains(": −")), "the worst line is not marked");
     problem(app.get(&format!("{job}/program")).await, "result-not-found").await;
     let list: Value = app.get("/v1/jobs?machine_id=example-ac-table").await.json().await.unwrap();
     assert_eq!(list["items"].as_array().unwrap().len(), 1);
