@@ -6,19 +6,11 @@ use std::collections::BTreeMap;
 #[cfg(test)]
 use http::StatusCode;
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::openapi::header::HeaderBuilder;
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::response::ResponseBuilder;
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::openapi::schema::Type;
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{ContentBuilder, ObjectBuilder, Ref, RefOr, Response};
 

@@ -8,15 +8,9 @@ use serde::de::{Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
 
@@ -69,8 +63,6 @@ impl<'de, const N: usize> Deserialize<'de> for Fixed<N> {
 }
 
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 impl<const N: usize> PartialSchema for Fixed<N> {
     fn schema() -> RefOr<Schema> {
         ArrayBuilder::new()
@@ -81,8 +73,6 @@ impl<const N: usize> PartialSchema for Fixed<N> {
     }
 }
 
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 impl<const N: usize> ToSchema for Fixed<N> {
     fn name() -> Cow<'static, str> {

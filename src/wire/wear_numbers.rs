@@ -7,15 +7,9 @@ use std::fmt;
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaType, Type};
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
 
@@ -139,16 +133,12 @@ fn one_or_many(kind: &SchemaType) -> RefOr<Schema> {
 }
 
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 impl PartialSchema for Numbers {
     fn schema() -> RefOr<Schema> {
         one_or_many(&SchemaType::Type(Type::Number))
     }
 }
 
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 impl ToSchema for Numbers {
     fn name() -> Cow<'static, str> {
@@ -157,16 +147,12 @@ impl ToSchema for Numbers {
 }
 
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 impl PartialSchema for Answers {
     fn schema() -> RefOr<Schema> {
         one_or_many(&SchemaType::from_iter([Type::Number, Type::Null]))
     }
 }
 
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 impl ToSchema for Answers {
     fn name() -> Cow<'static, str> {

@@ -8,15 +8,9 @@ use std::fmt;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::PartialSchema;
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 use utoipa::openapi::schema::{ObjectBuilder, Type};
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 use utoipa::openapi::{Ref, RefOr, Schema};
 
@@ -118,8 +112,6 @@ impl<'de> Deserialize<'de> for WorkOffsets {
 }
 
 #[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]
 impl PartialSchema for WorkOffsets {
     fn schema() -> RefOr<Schema> {
         let name = ObjectBuilder::new()
@@ -138,8 +130,6 @@ impl PartialSchema for WorkOffsets {
     }
 }
 
-#[cfg(test)]
-#[cfg(test)]
 #[cfg(test)]
 impl ToSchema for WorkOffsets {
     fn name() -> Cow<'static, str> {

@@ -75,7 +75,7 @@ fn rows(page: &str, class: &str) -> Vec<Vec<String>> {
 }
 
 fn number(text: &str) -> f64 {
-    text.parse().unwrap_or_else(|_| panic!("{text:?} is no number"))
+    text.parse().unwrap()
 }
 
 /// The current profile of a machine without the members of its revision, and its tag.
@@ -144,13 +144,15 @@ async fn a_report_has_all_that_was_stated_and_an_uncertainty_that_adds_up() {
         assert!((value - estimate["value"].as_f64().unwrap()).abs() <= half_a_digit, "{name}: {result:?}");
         let [readings, instrument, setup, ball, bar, combined, degrees, twice] =
             [1, 2, 3, 4, 5, 6, 7, 8].map(|column| number(&budget[column]));
+        // Half of the last digit, which is the third of the combined uncertainty; of a sum, a little more.
+        let close = |found: f64, expected: f64| (found - expected).abs() <= 0.012 * combined;
         let type_a = alone["iso_230"][name.as_str()]["standard_uncertainty"].as_f64().unwrap();
-        assert!((readings / type_a - 1.0).abs() < 0.05, "{name}: {readings} is not {type_a}");
+        assert!(close(readings, type_a), "{name}: {readings} is not {type_a}");
         let with_instrument = estimate["standard_uncertainty"].as_f64().unwrap();
-        assert!((readings.hypot(instrument) / with_instrument - 1.0).abs() < 0.05, "{name}: {budget:?}");
+        assert!(close(readings.hypot(instrument), with_instrument), "{name}: {budget:?}");
         let squares: f64 = [readings, instrument, setup, ball, bar].iter().map(|part| part * part).sum();
-        assert!((combined / squares.sqrt() - 1.0).abs() < 0.05, "{name}: {budget:?}");
-        assert!((twice / (2.0 * combined) - 1.0).abs() < 0.05, "{name}: {budget:?}");
+        assert!(close(squares.sqrt(), combined), "{name}: {budget:?}");
+        assert!(close(0.5 * twice, combined), "{name}: {budget:?}");
         assert!((expanded / twice - 1.0).abs() < 0.06, "{name}: {result:?}, {budget:?}");
         let freedom = document["degrees_of_freedom"].as_f64().unwrap();
         assert!(degrees >= freedom - 1.0, "{name}: {budget:?}");
@@ -303,9 +305,10 @@ async fn runs_are_listed_as_a_table_page_by_page() {
         assert_eq!(cell("id"), run["id"].as_str().unwrap());
         assert_eq!(cell("measured_at"), "2025-04-01T00:00:00.000Z");
         let estimate = &run["iso_230"]["E_Z0A_um"];
-        assert_eq!(number(cell("E_Z0A_um")), estimate["value"].as_f64().unwrap());
-        let sigma = number(cell("standard_uncertainty_E_Z0A_um"));
-        assert_eq!(sigma, estimate["standard_uncertainty"].as_f64().unwrap());
+        // A table has every digit.
+        let same = |found: f64, name: &str| found.to_bits() == estimate[name].as_f64().unwrap().to_bits();
+        assert!(same(number(cell("E_Z0A_um")), "value"), "{table}");
+        assert!(same(number(cell("standard_uncertainty_E_Z0A_um")), "standard_uncertainty"), "{table}");
     }
     assert!(table.contains("'=cmd()") && rest.contains("BB-4711"));
     let empty = accepted(&app, &format!("{RUNS}?kind=rotary-sphere"), "text/csv").await.text().await.unwrap();
@@ -369,5 +372,5 @@ async fn the_metrics_have_the_age_of_the_newest_measurement_and_the_days_until_t
     let asked = app.client.get(app.url("/metrics")).header("authorization", format!("Bearer {key}"));
     let text = asked.send().await.unwrap().text().await.unwrap();
     assert!(sample(&text, "age_days", "due").is_some(), "{text}");
-    assert!(!text.contains("example-ac-table") && !text.contains("never"), "{text}");
+    assert!(!text.contains("example-ac-table") && !text.contains("\"never\""), "{text}");
 }

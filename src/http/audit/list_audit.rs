@@ -14,7 +14,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::time_bound;
 use crate::store::AuditFilter;
-use crate::wire::{AuditAction, AuditEntry, FaultList, audit_table};
+use crate::wire::{AuditAction, FaultList, audit_table};
 
 refusals!(Refusals: MalformedRequest, NotAcceptable, InvalidRequest);
 
@@ -56,7 +56,7 @@ pub(super) struct AuditQuery {
     params(AuditQuery),
     responses(
         (status = 200, description = "A page of changes", content(
-            (Listed<AuditEntry> = "application/json", example = json!({"items": [], "next_cursor": null})),
+            (Listed<crate::wire::AuditEntry> = "application/json", example = json!({"items": [], "next_cursor": null})),
             (String = "text/csv")),
             headers(("Trunnion-Next-Cursor" = String, description = "Of a table: cursor of the next page, if there is one"))),
         Refusals,

@@ -15,7 +15,7 @@ use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
 use crate::jobs::time_bound;
 use crate::store::CalibrationFilter;
-use crate::wire::{CalibrationDocument, CalibrationKind, Fault, calibration_table};
+use crate::wire::{CalibrationKind, Fault, calibration_table};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
 
@@ -63,7 +63,7 @@ pub(super) fn bounds(
     params(("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"), CalibrationQuery),
     responses(
         (status = 200, description = "A page of runs", content(
-            (Listed<CalibrationDocument> = "application/json", example = json!({"items": [], "next_cursor": null})),
+            (Listed<crate::wire::CalibrationDocument> = "application/json", example = json!({"items": [], "next_cursor": null})),
             (String = "text/csv")),
             headers(("Trunnion-Next-Cursor" = String, description = "Of a table: cursor of the next page, if there is one"))),
         Refusals,

@@ -25,7 +25,7 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
     let (bars, text) = app
         .compute
         .run(move |_stop| {
-            let bars = document.ball_bar.as_ref().map(|_found| eccentricities(&document)).transpose()?;
+            let bars = document.ball_bar.as_ref().map(|_found| eccentricities(&document));
             Ok::<_, Problem>((bars, report(&document, &run, measured, current.as_ref(), &uses)?))
         })
         .await??;

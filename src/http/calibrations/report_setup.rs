@@ -12,7 +12,7 @@ fn stated(text: Option<&str>) -> String {
     text.map_or_else(|| NOT_STATED.to_owned(), escaped)
 }
 
-/// Machine and instrument, who measured and when. `kept` says what the serial number of the machine comes from.
+/// Machine and instrument, who measured and when. The names of the machine come from `profile`, its `revision`.
 pub(super) fn identity(document: &CalibrationDocument, profile: &MachineProfile, revision: i64) -> String {
     let machine = [
         ("Machine", escaped(&profile.name)),

@@ -2,13 +2,10 @@
 //! service calls.
 
 #[cfg(test)]
-#[cfg(test)]
 use utoipa::openapi::{OpenApi as Document, Paths, RefOr, Schema};
-#[cfg(test)]
 #[cfg(test)]
 use utoipa::{OpenApi, PartialSchema};
 
-use crate::description::ToSchema;
 use crate::description::ToSchema;
 use crate::wire::JobDocument;
 
@@ -45,7 +42,6 @@ enum EventType {
 struct EndedJob;
 
 #[cfg(test)]
-#[cfg(test)]
 impl PartialSchema for EndedJob {
     fn schema() -> RefOr<Schema> {
         let mut schema = JobDocument::schema();
@@ -58,7 +54,6 @@ impl PartialSchema for EndedJob {
     }
 }
 
-#[cfg(test)]
 #[cfg(test)]
 impl ToSchema for EndedJob {
     fn name() -> std::borrow::Cow<'static, str> {
