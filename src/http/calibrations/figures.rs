@@ -154,8 +154,11 @@ pub(super) async fn residuals(
         .await?
 }
 
+/// Angles \[rad\] and residuals \[µm\].
+type Readings<'a> = &'a [(f64, f64)];
+
 /// The readings until the axis turns back, and those from there on. A single reading at that angle belongs to both.
-fn there_and_back(points: &[(f64, f64)]) -> (&[(f64, f64)], &[(f64, f64)]) {
+fn there_and_back(points: Readings<'_>) -> (Readings<'_>, Readings<'_>) {
     let turns = |pair: &[(f64, f64)]| pair.iter().map(|(angle, _)| *angle).reduce(|from, to| to - from);
     let first = points.windows(2).filter_map(turns).find(|turn| *turn != 0.0).unwrap_or(0.0);
     let back = points.windows(2).position(|pair| turns(pair).is_some_and(|turn| turn * first < 0.0));

@@ -181,7 +181,7 @@ pub(in crate::http) async fn plot(app: &AppState, job: &JobRow) -> Result<Respon
             let drawn = app.compute.run(move |_stop| verification_figure(&report, &blobs, &sha256)).await?;
             drawn.map_err(|fault| match fault {
                 ResidualFault::Blob(fault) => fault.into(),
-                other => Problem::internal(&other),
+                table @ ResidualFault::Table(_) => Problem::internal(&table),
             })?
         }
         JobOperation::Posting => return Err(without_result(job, "plot")),
