@@ -1,36 +1,39 @@
 # syntax=docker/dockerfile:1
-# `recipe` lists the dependencies, `build` compiles them and then the service, `sbom` lists what is compiled in. A change of docs,
-# tests or benchmarks renews no layer of `build`; a change of the sources does not compile the dependencies again.
-FROM rust:1.95-slim-bookworm AS tools
+# `manifests` has what says which dependencies there are, `build` compiles them and then the service, `sbom` lists what is compiled in.
+# Only a change of a manifest or of the lock file compiles the dependencies again; a change of docs, tests or benchmarks compiles nothing.
+FROM rust:1.95-slim-bookworm AS manifests
+SHELL ["/bin/bash", "-o", "pipefail", "-c"]
 # hadolint ignore=DL3008
 RUN apt-get update && apt-get install --yes --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
 WORKDIR /build
 # The image's own compiler is the pinned one; without its name the toolchain file would ask for more components.
 ENV SQLX_OFFLINE=true RUSTUP_TOOLCHAIN=1.95.0
+COPY Cargo.toml Cargo.lock ./
+COPY core/Cargo.toml core/
+# Stand-ins for the sources, and for every test and benchmark that the manifest names: cargo wants them to exist.
+RUN mkdir -p src core/src benches tests \
+    && sed -n '/^\[\[bench\]\]/{n;s/^name = "\(.*\)"/benches\/\1.rs/p};/^\[\[test\]\]/{n;s/^name = "\(.*\)"/tests\/\1.rs/p}' \
+      Cargo.toml | xargs touch \
+    && echo '//! Dependencies only.' | tee src/lib.rs >core/src/lib.rs \
+    && echo 'fn main() {}' | tee src/main.rs >build.rs
 
-FROM tools AS recipe
-RUN cargo install --locked cargo-chef@0.1.78
-COPY . .
-RUN cargo chef prepare --bin trunnion --recipe-path recipe.json
-
-FROM tools AS build
-COPY --from=recipe /usr/local/cargo/bin/cargo-chef /usr/local/cargo/bin/
-# The recipe is the same until a manifest or the lock file changes.
-COPY --from=recipe /build/recipe.json recipe.json
-RUN cargo chef cook --locked --profile dist --features otlp --bin trunnion --recipe-path recipe.json
+FROM manifests AS build
+RUN cargo build --locked --profile dist --features otlp --bin trunnion && rm -r src core/src build.rs
 # Only what is compiled in (`tests/api/deploy.rs`).
-COPY Cargo.toml Cargo.lock build.rs ./
+COPY build.rs ./
 COPY .sqlx .sqlx
 COPY migrations migrations
 COPY openapi openapi
 COPY core core
 COPY description description
 COPY src src
-RUN cargo build --locked --profile dist --features otlp --bin trunnion
+# The sources are newer than the stand-ins, whatever their time stamps say.
+RUN touch build.rs core/src/lib.rs src/lib.rs src/main.rs \
+    && cargo build --locked --profile dist --features otlp --bin trunnion
 
-FROM tools AS sbom
+FROM manifests AS sbom
 RUN cargo install --locked cargo-cyclonedx@0.5.9
-COPY . .
+COPY deploy/sbom deploy/
 ARG SOURCE_DATE_EPOCH=0
 RUN deploy/sbom /trunnion.cdx.json
 

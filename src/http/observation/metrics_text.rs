@@ -59,17 +59,7 @@ pub(in crate::http) fn metrics_text(
         let help = "Time since when the oldest waiting job has been waiting.";
         text.single("trunnion_jobs_oldest_queued_seconds", "gauge", help, oldest_s);
     }
-    let ends = "trunnion_jobs_ended_total";
-    text.family(ends, "counter", "Posted jobs that ended.");
-    for (state, count) in JobState::ENDS.iter().zip(&meter::JOBS_ENDED) {
-        text.sample(&format!("{ends}{{state=\"{}\"}}", state.as_str()), count.get());
-    }
-    if let Some(DiskSpace { size_bytes, free_bytes }) = readings.disk {
-        let help = "Size of the file system of the data directory.";
-        text.single("trunnion_data_size_bytes", "gauge", help, size_bytes);
-        let help = "Free space on the file system of the data directory.";
-        text.single("trunnion_data_free_bytes", "gauge", help, free_bytes);
-    }
+    jobs_and_disk(&mut text, readings);
     if let Some(DeliveriesReading { waiting, oldest_s }) = readings.deliveries {
         text.single("trunnion_webhooks_waiting", "gauge", "Webhooks that are waiting for delivery.", waiting);
         let help = "Time since when the oldest waiting webhook has been waiting.";
@@ -153,6 +143,21 @@ pub(in crate::http) fn metrics_text(
         text.histogram(name, "", times);
     }
     text.0
+}
+
+/// How jobs ended, and the space for what they store.
+fn jobs_and_disk(text: &mut Text, readings: &Readings) {
+    let ends = "trunnion_jobs_ended_total";
+    text.family(ends, "counter", "Posted jobs that ended.");
+    for (state, count) in JobState::ENDS.iter().zip(&meter::JOBS_ENDED) {
+        text.sample(&format!("{ends}{{state=\"{}\"}}", state.as_str()), count.get());
+    }
+    if let Some(DiskSpace { size_bytes, free_bytes }) = readings.disk {
+        let help = "Size of the file system of the data directory.";
+        text.single("trunnion_data_size_bytes", "gauge", help, size_bytes);
+        let help = "Free space on the file system of the data directory.";
+        text.single("trunnion_data_free_bytes", "gauge", help, free_bytes);
+    }
 }
 
 /// Requests that were not admitted.
