@@ -52,6 +52,7 @@ mod stamps;
 mod support;
 mod tls;
 mod tools;
+mod unfilled_fields;
 mod upgrade;
 mod verification;
 mod wear;
