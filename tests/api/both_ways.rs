@@ -3,6 +3,7 @@
 use reqwest::Response;
 use serde_json::{Map, Value, json};
 
+use crate::description::in_full;
 use crate::support::{App, program_form, spawn};
 
 /// The work offset, which most results depend on.
@@ -42,7 +43,8 @@ const CUTTER_LOCATIONS: &str =
 const OF_ONE_CALL: [&str; 6] = ["job_id", "created_at", "computed_at", "instance", "request_id", "detail"];
 
 fn description() -> Value {
-    serde_json::from_str(include_str!("../../openapi/trunnion.json")).unwrap()
+    let committed = include_str!("../../openapi/trunnion.json");
+    in_full(&serde_json::from_str(committed).unwrap())
 }
 
 /// A schema, or the one that it refers to.

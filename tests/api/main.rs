@@ -11,6 +11,8 @@ mod codings;
 mod command_line;
 mod compensation;
 mod deep;
+#[path = "../models/description.rs"]
+mod description;
 mod documents;
 mod entered_wear;
 mod examples;

@@ -10,6 +10,7 @@ use reqwest::Response;
 use serde_json::Value;
 use trunnion::jobs::CutterContactCompensator;
 
+use crate::description::in_full;
 use crate::support::{App, spawn_real_with};
 
 /// Attempts, unless asked otherwise: seconds.
@@ -258,7 +259,7 @@ struct Seed {
 
 /// Every example that stands on its own, and programs.
 fn seeds() -> Vec<Seed> {
-    let document = serde_json::to_value(trunnion::http::document()).unwrap();
+    let document = in_full(&trunnion::http::document());
     let mut seeds = Vec::new();
     for (path, item) in document["paths"].as_object().unwrap() {
         for (method, operation) in item.as_object().unwrap() {
@@ -266,7 +267,9 @@ fn seeds() -> Vec<Seed> {
                 if kind == "multipart/form-data" {
                     continue;
                 }
-                let example = &content["example"];
+                let shared = &content["examples"]["request"]["value"];
+                let example = if shared.is_null() { &content["example"] } else { shared };
+                assert!(!example.is_null(), "{path} has no example of a request as {kind}");
                 let text = example.as_str().map_or_else(|| example.to_string(), str::to_owned);
                 let method = method.to_uppercase().parse().unwrap();
                 let path = path.replace("{machine_id}", "example-ac-table");
