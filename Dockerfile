@@ -10,6 +10,8 @@ WORKDIR /build
 ENV SQLX_OFFLINE=true RUSTUP_TOOLCHAIN=1.95.0
 COPY Cargo.toml Cargo.lock ./
 COPY core/Cargo.toml core/
+# Macros that every build needs; they seldom change.
+COPY description description
 # Stand-ins for the sources, and for every test and benchmark that the manifest names: cargo wants them to exist.
 RUN mkdir -p src core/src benches tests \
     && sed -n '/^\[\[bench\]\]/{n;s/^name = "\(.*\)"/benches\/\1.rs/p};/^\[\[test\]\]/{n;s/^name = "\(.*\)"/tests\/\1.rs/p}' \
@@ -25,7 +27,6 @@ COPY .sqlx .sqlx
 COPY migrations migrations
 COPY openapi openapi
 COPY core core
-COPY description description
 COPY src src
 # The sources are newer than the stand-ins, whatever their time stamps say.
 RUN touch build.rs core/src/lib.rs src/lib.rs src/main.rs \

@@ -30,12 +30,8 @@ pub(super) fn responses(kinds: &[ProblemType]) -> BTreeMap<String, RefOr<Respons
 #[cfg(test)]
 fn response(kinds: &[ProblemType]) -> Response {
     let titles: Vec<_> = kinds.iter().map(|kind| format!("{} (`{}`)", kind.title(), kind.code())).collect();
-    let example = kinds.first().map(|kind| {
-        let (reference, status) = (format!("/problems/{}", kind.code()), kind.status().as_u16());
-        serde_json::json!({ "type": reference, "title": kind.title(), "status": status, "detail": kind.title() })
-    });
-    let content =
-        ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).example(example).build();
+    // The schema has the example.
+    let content = ContentBuilder::new().schema(Some(Ref::from_schema_name("Problem"))).build();
     let response = ResponseBuilder::new().description(titles.join("; ")).content(PROBLEM_JSON, content);
     match kinds.first().map(|kind| kind.status()) {
         Some(StatusCode::SERVICE_UNAVAILABLE | StatusCode::TOO_MANY_REQUESTS) => {

@@ -8,7 +8,7 @@ use crate::support::{App, description, program_form, spawn};
 /// The work offset, which most results depend on.
 const OFFSET: (&str, &str) = ("work_offset_mm", "0,0,0");
 /// The operations on programs, and the parameters that each cannot do without.
-const OPERATIONS: [(&str, &[(&str, &str)]); 7] = [
+pub(crate) const OPERATIONS: [(&str, &[(&str, &str)]); 7] = [
     ("cc-compensation", &[("tool_radius_mm", "5"), ("contact", "tip"), OFFSET]),
     (
         "wear-compensation",

@@ -15,6 +15,8 @@ mod compensation;
 mod deep;
 mod demo;
 mod deploy;
+#[path = "../models/description.rs"]
+mod description;
 mod documents;
 mod entered_wear;
 mod examples;
@@ -60,6 +62,7 @@ mod stamps;
 mod support;
 mod tls;
 mod tools;
+mod unfilled_fields;
 mod upgrade;
 mod verification;
 mod wear;

@@ -266,7 +266,9 @@ fn seeds() -> Vec<Seed> {
                 if kind == "multipart/form-data" {
                     continue;
                 }
-                let example = &content["example"];
+                let shared = &content["examples"]["request"]["value"];
+                let example = if shared.is_null() { &content["example"] } else { shared };
+                assert!(!example.is_null(), "{path} has no example of a request as {kind}");
                 let text = example.as_str().map_or_else(|| example.to_string(), str::to_owned);
                 let method = method.to_uppercase().parse().unwrap();
                 let path = path.replace("{machine_id}", "example-ac-table");

@@ -24,6 +24,8 @@ use trunnion::wire::{
     Interpolation,
 };
 
+use crate::description::in_full;
+
 /// A running service.
 pub(crate) struct App {
     pub(crate) client: Client,
@@ -378,7 +380,7 @@ pub(crate) fn kinds(report: &Value) -> Vec<String> {
     warnings.iter().map(|warning| warning["kind"].as_str().unwrap().to_owned()).collect()
 }
 
-/// The description of the interface that the binary contains.
+/// The description of the interface that the binary contains, with what operations share written out at each of them.
 pub(crate) fn description() -> Value {
-    serde_json::from_str(&trunnion::http::description_text().unwrap()).unwrap()
+    in_full(&serde_json::from_str(&trunnion::http::description_text().unwrap()).unwrap())
 }

@@ -41,7 +41,7 @@ refusals!(
     params(
         ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("id" = String, Path, description = "The run", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"),
-        ("If-Match" = String, Header, description = "ETag of the machine's current revision", example = "\"r3-9f86d081884c7d65\""),
+        ("If-Match" = String, Header, description = "ETag of the machine's current revision; `*` fits every revision", example = "*"),
         ("Idempotency-Key" = Option<String>, Header, description = "The same key with the same request returns the same answer"),
     ),
     request_body(content = Option<ApplyRequest>, description = "No body, or the confirmation of a large change", example = json!({"confirm": true})),

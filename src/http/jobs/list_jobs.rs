@@ -39,11 +39,11 @@ pub(super) struct JobQuery {
     /// Only jobs with this operation.
     #[param(inline)]
     operation: Option<JobOperation>,
-    /// Only jobs created at this time or later (RFC 3339).
-    #[param(format = "date-time", example = "2026-03-14T09:26:53.589Z")]
+    /// Only jobs created at this time or later (RFC 3339, for example `2026-03-14T09:26:53.589Z`).
+    #[param(format = "date-time")]
     created_after: Option<String>,
     /// Only jobs created before this time (RFC 3339).
-    #[param(format = "date-time", example = "2026-03-15T00:00:00.000Z")]
+    #[param(format = "date-time")]
     created_before: Option<String>,
     /// Only jobs that read a program with this SHA-256.
     #[param(

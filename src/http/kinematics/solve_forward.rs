@@ -18,7 +18,7 @@ use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
 use crate::jobs::{KinematicsFault, forward};
 use crate::wire::{
-    ForwardRequest, JointRows, JointWords, KinematicsOptions, LONGEST_NUMBER, NoParameters, Pose, read_query,
+    ForwardRequest, JointRows, JointWords, KinematicsOptions, LONGEST_NUMBER, Pose, read_query,
     write_in_pieces,
 };
 
@@ -131,7 +131,7 @@ async fn read(
 ) -> Result<(Vec<JointWords>, KinematicsOptions), Problem> {
     let query = request.uri().query().unwrap_or_default().to_owned();
     if !table {
-        let NoParameters {} = read_query(&query)?;
+        table::no_options(&query)?;
         let Json(document) = Json::<ForwardRequest>::from_request(request, app).await?;
         let options = document.options();
         return Ok((document.joints, options));

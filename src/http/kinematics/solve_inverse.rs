@@ -21,8 +21,8 @@ use crate::machine::Machine;
 use crate::process::Stop;
 use crate::side_by_side::SideBySide;
 use crate::wire::{
-    InverseRequest, JointColumns, KinematicsOptions, NoParameters, PoseColumns, PoseRows, Solutions,
-    SolvedPoses, read_query,
+    InverseRequest, JointColumns, KinematicsOptions, PoseColumns, PoseRows, Solutions, SolvedPoses,
+    read_query,
 };
 
 refusals!(
@@ -119,7 +119,7 @@ async fn read(
 ) -> Result<(PoseColumns, KinematicsOptions), Problem> {
     let query = request.uri().query().unwrap_or_default().to_owned();
     if !table {
-        let NoParameters {} = read_query(&query)?;
+        table::no_options(&query)?;
         let document = read_document(request, app, InverseRequest::read).await?;
         let options = document.options();
         return Ok((document.poses, options));

@@ -12,7 +12,7 @@ use crate::http::extract::is_json;
 use crate::http::printed::{Leaving, StillPrinting};
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::memory;
-use crate::wire::{LONGEST_NUMBER, RowFault};
+use crate::wire::{Fault, KinematicsOptions, LONGEST_NUMBER, NoParameters, RowFault, read_query};
 
 /// Media types of an answer.
 pub(super) const ANSWERS: &[&str] = &["application/json", CSV];
@@ -37,6 +37,21 @@ pub(super) fn is_table(headers: &HeaderMap) -> Result<bool, Problem> {
 /// The representations, the form of the request first.
 pub(super) fn offers(table: bool) -> &'static [&'static str] {
     if table { &[CSV, "application/json"] } else { ANSWERS }
+}
+
+/// Refuses query parameters beside a JSON body, which has the options itself.
+///
+/// # Errors
+/// There are query parameters.
+pub(super) fn no_options(query: &str) -> Result<(), Problem> {
+    let Err(fault) = read_query::<NoParameters>(query) else { return Ok(()) };
+    if read_query::<KinematicsOptions>(query).is_err() {
+        return Err(fault.into());
+    }
+    let name = query.split(['=', '&', '.']).next().unwrap_or_default();
+    let detail =
+        format!("with a JSON body the options are members of the body; move {name} from the query into it");
+    Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(format!("/{name}"), detail)]))
 }
 
 /// Feeds a body to a reader of rows, chunk by chunk. `row_bytes` is the memory of a row while their list grows.

@@ -29,7 +29,7 @@ refusals!(
     operation_id = "delete_machine",
     params(
         ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "dmu-80-t"),
-        ("If-Match" = String, Header, description = "ETag of the current revision", example = "\"r3-9f86d081884c7d65\""),
+        ("If-Match" = String, Header, description = "ETag of the current revision; `*` fits every revision", example = "*"),
     ),
     responses((status = 204, description = "The machine is deleted"), Refusals)
 )]

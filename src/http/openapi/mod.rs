@@ -2,9 +2,12 @@
 //! and converted to a form that strict readers and client generators accept.
 
 mod answers;
+mod names;
 mod parameters;
 mod schemas;
+mod shared;
 mod tests;
+mod values;
 
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
@@ -22,7 +25,7 @@ use super::webhooks::describe_messages;
 #[openapi(
     info(
         title = "Trunnion",
-        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests. Lists are cut to three items, long texts to their beginning.",
+        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests. Lists are cut to two items, long texts to their beginning, numbers to six digits. In a request, leave out a member that has no value.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     components(schemas(ProblemDocument)),
@@ -71,6 +74,9 @@ pub(super) fn published(document: &Document) -> Value {
     if let Some(place) = document.pointer_mut("/components/schemas") {
         *place = Value::Object(schemas);
     }
+    values::mend(&mut document);
+    names::rename(&mut document);
+    shared::share(&mut document);
     document
 }
 
@@ -80,7 +86,8 @@ fn operations_mut(document: &mut Value) -> impl Iterator<Item = &mut Map<String,
     items.flat_map(|item| item.values_mut().filter_map(Value::as_object_mut))
 }
 
-/// Fields of a form are left out instead of null, have their own media types, and there are no other fields.
+/// Fields of a form are left out instead of null, have their own media types, and there are no other fields. Pages in
+/// a browser fill a field in with its own example: the parameters are in the query there, with an input for each.
 fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, Value>) {
     let contents = operation.get_mut("requestBody").and_then(|body| body.get_mut("content"));
     let Some(Value::Object(form)) = contents.and_then(|all| all.get_mut("multipart/form-data")) else {
@@ -91,12 +98,17 @@ fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, 
     let Some(Value::Object(schema)) = schemas.get_mut(name) else { return };
     schema.insert("additionalProperties".to_owned(), json!(false));
     let Some(Value::Object(fields)) = schema.get_mut("properties") else { return };
+    let examples = form.get("example").cloned().unwrap_or_default();
     let mut encoding = Map::new();
     for (field, schema) in fields {
         parameters::without_null(schema);
         let is_file = schema.get("format").is_some_and(|format| format == "binary");
         let kind = if is_file { "application/octet-stream, text/plain" } else { "application/json" };
         encoding.insert(field.clone(), json!({ "contentType": kind }));
+        let example = if field == "parameters" { Some(&json!({})) } else { examples.get(field) };
+        if let (false, Some(example), Some(schema)) = (is_file, example, schema.as_object_mut()) {
+            schema.insert("example".to_owned(), example.clone());
+        }
     }
     form.insert("encoding".to_owned(), Value::Object(encoding));
 }

@@ -47,10 +47,10 @@ pub(super) fn mend(operation: &mut Map<String, Value>, schemas: &Map<String, Val
         }
     }
     *parameters = mended;
-    take_examples_of_the_form(operation);
-    if operation.get("requestBody").and_then(|body| body.pointer("/content/multipart~1form-data")).is_some() {
-        tell_defaults(operation);
+    if operation.contains_key("requestBody") {
+        leave_unfilled(operation);
     }
+    take_examples_of_the_form(operation);
 }
 
 /// The query of an operation on a program: each parameter that the field `parameters` of its form has. None is
@@ -115,13 +115,19 @@ fn dotted(name: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
     }
 }
 
-/// States defaults in words: parameters come in the query or in a field of the form, but not in both, and some
-/// clients send every default that they know.
-fn tell_defaults(operation: &mut Map<String, Value>) {
+/// Takes defaults and examples out of the query of an operation with a body, and states the defaults in words.
+/// Parameters come in the query or in the body, but not in both, and pages in a browser send every default and every
+/// example that they know.
+fn leave_unfilled(operation: &mut Map<String, Value>) {
     let parameters = operation.get_mut("parameters").and_then(Value::as_array_mut);
-    for parameter in parameters.into_iter().flatten().filter_map(Value::as_object_mut) {
+    let parameters = parameters.into_iter().flatten().filter(|one| text(one, "in") == Some("query"));
+    for parameter in parameters.filter_map(Value::as_object_mut) {
+        parameter.remove("example");
         let schema = parameter.get_mut("schema").and_then(Value::as_object_mut);
-        let default = schema.and_then(|schema| schema.remove("default"));
+        let default = schema.and_then(|schema| {
+            schema.remove("example");
+            schema.remove("default")
+        });
         if let Some(default) = default.filter(|default| !default.is_null()) {
             let description = parameter.get("description").and_then(Value::as_str).unwrap_or_default();
             let words = format!("{description} Default: {default}.");
@@ -219,6 +225,10 @@ fn text<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
 
 /// The same schema without null: a missing value is left out.
 pub(super) fn without_null(schema: &mut Value) {
+    if let Some(schema) = schema.as_object_mut().filter(|schema| schema.get("default") == Some(&Value::Null))
+    {
+        schema.remove("default");
+    }
     if let Some(Value::Array(kinds)) = schema.get_mut("type") {
         kinds.retain(|kind| kind != "null");
         if let [only] = kinds.as_slice() {
@@ -306,16 +316,17 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_form_a_default_is_told_in_words() {
+    fn beside_a_body_a_default_is_told_in_words_and_nothing_is_filled_in() {
         let mut operation = Map::new();
-        operation.insert("requestBody".into(), json!({ "content": {"multipart/form-data": {}} }));
-        let schema = json!({ "type": "number", "default": 10.0 });
+        operation.insert("requestBody".into(), json!({ "content": {"application/json": {}} }));
+        let schema = json!({ "type": "number", "default": 10.0, "example": 12.0 });
         operation.insert(
             "parameters".into(),
-            json!([{ "name": "t", "in": "query", "description": "T.", "schema": schema }]),
+            json!([{ "name": "t", "in": "query", "description": "T.", "example": 12.0, "schema": schema }]),
         );
         mend(&mut operation, &Map::new());
         assert_eq!(operation["parameters"][0]["schema"], json!({ "type": "number" }));
+        assert_eq!(operation["parameters"][0].get("example"), None);
         assert_eq!(operation["parameters"][0]["description"], "T. Default: 10.0.");
     }
 }

@@ -1,8 +1,5 @@
 //! Schemas in the form that strict readers and client generators need: one name for each thing, no part that forbids
 //! what another part adds, alternatives that one member distinguishes, no unused schemas.
-//!
-//! Alternatives have no `discriminator`: their member has one fixed word in each of them, which is enough. Generators
-//! that make an enum from a discriminator write that member twice.
 
 use std::collections::BTreeSet;
 
@@ -127,12 +124,12 @@ fn name_alternatives(schemas: &mut Map<String, Value>) {
 }
 
 /// The member that has one fixed word in each of the alternatives.
-fn common_tag(parts: &[Value]) -> Option<String> {
+pub(super) fn common_tag(parts: &[Value]) -> Option<String> {
     let first = parts.first()?.get("properties")?.as_object()?;
     first.keys().find(|name| parts.iter().all(|part| only_word(part, name).is_some())).cloned()
 }
 
-fn only_word<'a>(part: &'a Value, member: &str) -> Option<&'a str> {
+pub(super) fn only_word<'a>(part: &'a Value, member: &str) -> Option<&'a str> {
     match part.get("properties")?.get(member)?.get("enum")?.as_array()?.as_slice() {
         [word] => word.as_str(),
         _ => None,
@@ -140,8 +137,8 @@ fn only_word<'a>(part: &'a Value, member: &str) -> Option<&'a str> {
 }
 
 /// `cc-compensation` as `CcCompensation`.
-fn pascal(word: &str) -> String {
-    let parts = word.split(['-', '_']).filter_map(|part| {
+pub(super) fn pascal(word: &str) -> String {
+    let parts = word.split(|letter: char| !letter.is_ascii_alphanumeric()).filter_map(|part| {
         let mut letters = part.chars();
         letters.next().map(|first| first.to_ascii_uppercase().to_string() + letters.as_str())
     });
@@ -210,9 +207,15 @@ fn jobs_by_operation(schemas: &mut Map<String, Value>) {
 
 /// Removes schemas that the rest of the document does not refer to.
 pub(super) fn prune(rest: &Value, schemas: &mut Map<String, Value>) {
+    let used = reachable(rest, schemas);
+    schemas.retain(|name, _| used.contains(name));
+}
+
+/// The names of all schemas that a part of the document refers to, also through others.
+pub(super) fn reachable(part: &Value, schemas: &Map<String, Value>) -> BTreeSet<String> {
     let mut used = BTreeSet::new();
     let mut open = Vec::new();
-    named_in(rest, &mut open);
+    named_in(part, &mut open);
     while let Some(name) = open.pop() {
         if let Some(schema) = schemas.get(&name)
             && used.insert(name)
@@ -220,7 +223,7 @@ pub(super) fn prune(rest: &Value, schemas: &mut Map<String, Value>) {
             named_in(schema, &mut open);
         }
     }
-    schemas.retain(|name, _| used.contains(name));
+    used
 }
 
 /// The names of all schemas that a value refers to.

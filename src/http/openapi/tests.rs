@@ -13,8 +13,11 @@ use crate::http::{
     audit, calibrations, jobs, keys, kinematics, machines, programs, service, servo, tools, wear, webhooks,
 };
 
+#[path = "../../../tests/models/description.rs"]
+mod description;
+
 /// The description of the interface, made from the routes. The binary has the committed one, which is equal.
-pub(super) fn document() -> Value {
+fn made() -> Value {
     let resources = [
         machines::describe,
         tools::describe,
@@ -32,6 +35,11 @@ pub(super) fn document() -> Value {
     let base = OpenApiRouter::with_openapi(Base::openapi());
     let described = resources.into_iter().fold(base, |all, describe| describe(all));
     published(&completed(described.into_openapi()))
+}
+
+/// The description, with what operations share written out at each of them.
+pub(super) fn document() -> Value {
+    description::in_full(&made())
 }
 
 /// One line for each operation: method, path, id.
@@ -63,9 +71,43 @@ fn golden(name: &str, text: &str) {
     assert!(committed == text, "openapi/{name} is not up to date; write it anew with BLESS=1");
 }
 
+/// A part of the document that is longer than a line has a line for each of its members \[bytes\].
+const LINE: usize = 132;
+/// Most of the committed file, which is served as it is \[bytes\].
+const MOST: usize = 415_000;
+
+/// The document as text: without blanks, so that it is short, and in lines, so that a change shows where it is.
+fn in_lines(value: &Value, into: &mut String) {
+    let whole = value.to_string();
+    match value {
+        Value::Object(members) if whole.len() > LINE => {
+            into.push_str("{\n");
+            for (index, (name, member)) in members.iter().enumerate() {
+                into.push_str(if index == 0 { "" } else { ",\n" });
+                into.push_str(&Value::from(name.as_str()).to_string());
+                into.push(':');
+                in_lines(member, into);
+            }
+            into.push_str("\n}");
+        }
+        Value::Array(items) if whole.len() > LINE => {
+            into.push_str("[\n");
+            for (index, item) in items.iter().enumerate() {
+                into.push_str(if index == 0 { "" } else { ",\n" });
+                in_lines(item, into);
+            }
+            into.push_str("\n]");
+        }
+        _ => into.push_str(&whole),
+    }
+}
+
 #[test]
 fn the_committed_description_is_that_of_the_routes() {
-    golden("trunnion.json", &(serde_json::to_string_pretty(&document()).unwrap() + "\n"));
+    let mut text = String::new();
+    in_lines(&made(), &mut text);
+    assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), made());
+    golden("trunnion.json", &(text + "\n"));
     golden("operations.txt", &names());
 }
 
@@ -101,7 +143,7 @@ fn every_operation_has_an_id_a_tag_a_description_and_an_example() {
         assert_eq!(operation["tags"].as_array().map(Vec::len), Some(1), "{name}");
         assert!(operation["summary"].is_string(), "{name} has no summary");
         assert!(operation["description"].is_string(), "{name} has no description");
-        assert!(operation.to_string().contains("\"example\""), "{name} has no example");
+        assert!(operation.to_string().contains("\"example"), "{name} has no example");
     }
 }
 
@@ -152,16 +194,186 @@ fn every_post_that_stores_takes_an_idempotency_key() {
 }
 
 #[test]
-fn every_reference_resolves() {
-    let document = document();
+fn every_reference_resolves_and_everything_shared_is_used() {
+    let document = trunnion::http::document();
     let text = document.to_string();
-    let mut count = 0;
-    for part in text.split("\"$ref\":\"#/components/schemas/").skip(1) {
-        let name = part.split('"').next().unwrap();
-        assert!(document["components"]["schemas"][name].is_object(), "{name} is not there");
-        count += 1;
+    let mut used = BTreeSet::new();
+    for part in text.split("\"#/").skip(1) {
+        let path = format!("/{}", part.split('"').next().unwrap());
+        assert!(document.pointer(&path).is_some_and(Value::is_object), "{path} is not there");
+        used.insert(path);
     }
-    assert!(count > 50, "only {count} references");
+    assert!(used.len() > 250, "only {} references", used.len());
+    for kind in ["examples", "headers", "parameters", "responses", "schemas"] {
+        for name in document["components"][kind].as_object().unwrap().keys() {
+            assert!(used.contains(&format!("/components/{kind}/{name}")), "nothing uses {kind}/{name}");
+        }
+    }
+}
+
+#[test]
+fn the_description_is_short() {
+    let committed = Path::new(env!("CARGO_MANIFEST_DIR")).join("openapi/trunnion.json");
+    let bytes = std::fs::metadata(committed).unwrap().len();
+    assert!(bytes < MOST as u64, "openapi/trunnion.json has {bytes} bytes, more than {MOST}");
+}
+
+#[test]
+fn every_refusal_is_a_shared_response_and_nothing_shared_is_repeated() {
+    let document = trunnion::http::document();
+    let mut written_out = BTreeSet::new();
+    let mut once = |place: &str, name: &str, part: &Value| {
+        let is_new = part["$ref"].is_string() || written_out.insert(format!("{name} {part}"));
+        assert!(is_new, "{place}: other operations have the same {name} {part}");
+    };
+    for (name, operation) in operations(&document) {
+        for (status, response) in operation["responses"].as_object().unwrap() {
+            let reference = response["$ref"].as_str().unwrap_or_default();
+            let is_refusal = status.starts_with(['4', '5']);
+            assert_eq!(is_refusal, reference.starts_with("#/components/responses/"), "{name} {status}");
+            for (header, part) in response["headers"].as_object().into_iter().flatten() {
+                once(&name, header, part);
+            }
+        }
+        for parameter in operation["parameters"].as_array().into_iter().flatten() {
+            once(&name, "", parameter);
+        }
+    }
+    assert!(written_out.len() > 50, "only {} parts", written_out.len());
+}
+
+#[test]
+fn schemas_have_names_of_the_field() {
+    let document = trunnion::http::document();
+    for name in document["components"]["schemas"].as_object().unwrap().keys() {
+        let ours = ["BTreeMap", "HashMap", "Numbers2", "Numbers3", "Vec", "Option", "Fixed"];
+        assert!(!ours.contains(&name.as_str()) && !name.ends_with("Doc") && !name.contains('_'), "{name}");
+    }
+}
+
+/// Alternatives that no member distinguishes: what was asked for says which of them comes.
+const WITHOUT_TAG: &[&str] = &[
+    "AnyReport",
+    "NumbersOrNull",
+    "NumbersOrOne",
+    "PathOrProgram",
+    "WearEntriesAnswer",
+    "WearEntriesRequest",
+];
+
+#[test]
+fn alternatives_have_a_discriminator() {
+    let document = trunnion::http::document();
+    let schemas = document["components"]["schemas"].as_object().unwrap();
+    let mut found = 0;
+    for (name, schema) in schemas {
+        let Some(parts) = schema["oneOf"].as_array().filter(|_| !WITHOUT_TAG.contains(&name.as_str())) else {
+            continue;
+        };
+        let mapping =
+            schema["discriminator"]["mapping"].as_object().unwrap_or_else(|| unreachable!("{name}"));
+        assert_eq!(mapping.len(), parts.len(), "{name}");
+        let tag = schema["discriminator"]["propertyName"].as_str().unwrap();
+        for (word, reference) in mapping {
+            assert!(parts.iter().any(|part| part["$ref"] == *reference), "{name} {word}");
+            let part = document.pointer(reference.as_str().unwrap().trim_start_matches('#')).unwrap();
+            assert_eq!(part["properties"][tag]["enum"], serde_json::json!([word]), "{name} {word}");
+        }
+        found += 1;
+    }
+    assert!(found >= 2, "only {found}");
+    assert!(WITHOUT_TAG.iter().all(|name| schemas[*name]["oneOf"].is_array()));
+}
+
+/// Names of all schemas that a part refers to, also through others.
+fn reached(document: &Value, part: &Value, into: &mut BTreeSet<String>) {
+    let text = part.to_string();
+    for name in text.split("\"#/components/schemas/").skip(1).filter_map(|rest| rest.split('"').next()) {
+        if into.insert(name.to_owned()) {
+            reached(document, &document["components"]["schemas"][name], into);
+        }
+    }
+}
+
+fn takes_null(schema: &Value) -> bool {
+    schema["type"].as_array().is_some_and(|kinds| kinds.iter().any(|kind| kind == "null"))
+        || schema["oneOf"].as_array().is_some_and(|parts| parts.iter().any(|part| part["type"] == "null"))
+}
+
+#[test]
+fn null_is_named_only_where_it_is_answered() {
+    let document = document();
+    let (mut asked, mut answered) = (BTreeSet::new(), BTreeSet::new());
+    for (name, operation) in operations(&document) {
+        reached(&document, &operation["requestBody"], &mut asked);
+        reached(&document, &operation["responses"], &mut answered);
+        for parameter in operation["parameters"].as_array().into_iter().flatten() {
+            assert!(!takes_null(&parameter["schema"]), "{name} {parameter}");
+        }
+    }
+    let mut count = 0;
+    for schema in asked.difference(&answered) {
+        let members = document["components"]["schemas"][schema]["properties"].as_object();
+        for (member, body) in members.into_iter().flatten() {
+            assert!(!takes_null(body), "{schema}.{member}: leave it out of a request");
+            count += 1;
+        }
+    }
+    assert!(count > 150, "only {count} members");
+}
+
+#[test]
+fn moments_and_ids_have_their_format() {
+    let document = document();
+    let (mut moments, mut ids) = (0, 0);
+    for (name, schema) in document["components"]["schemas"].as_object().unwrap() {
+        for (member, body) in schema["properties"].as_object().into_iter().flatten() {
+            if member.ends_with("_at") {
+                assert_eq!(body["format"], "date-time", "{name}.{member}");
+                moments += 1;
+            }
+            ids += u32::from(body["format"] == "uuid");
+        }
+    }
+    for (name, operation) in operations(&document) {
+        for parameter in operation["parameters"].as_array().into_iter().flatten() {
+            let is_id = parameter["in"] == "path" && parameter["name"] == "id" && !name.contains("/keys/");
+            assert!(!is_id || parameter["schema"]["format"] == "uuid", "{name}");
+            ids += u32::from(is_id);
+        }
+    }
+    assert!(moments > 20 && ids > 20, "{moments} moments, {ids} ids");
+}
+
+#[test]
+fn pages_in_a_browser_begin_with_values_that_fit() {
+    let document = document();
+    for (name, operation) in operations(&document) {
+        for parameter in operation["parameters"].as_array().into_iter().flatten() {
+            let filled = !parameter["example"].is_null() || !parameter["schema"]["example"].is_null();
+            let has_body = operation["requestBody"].is_object();
+            let query = parameter["in"] == "query" && has_body;
+            // Parameters of a program are in the query, and the form leaves them there.
+            let form = &operation["requestBody"]["content"]["multipart/form-data"];
+            let example = form["example"]["parameters"]
+                .pointer(&format!("/{}", parameter["name"].as_str().unwrap().replace('.', "/")));
+            if query {
+                assert_eq!(filled, example.is_some(), "{name} {parameter}");
+                assert!(parameter["schema"]["default"].is_null(), "{name} {parameter}");
+            } else if parameter["in"] == "header" {
+                assert!(!filled || parameter["example"] == "*", "{name} {parameter}");
+            }
+        }
+        let form = operation["requestBody"]["content"]["multipart/form-data"]["schema"]["$ref"].as_str();
+        let Some(form) = form.and_then(|path| document.pointer(path.trim_start_matches('#'))) else {
+            continue;
+        };
+        let fields = form["properties"].as_object().unwrap();
+        match fields.get("parameters") {
+            Some(parameters) => assert_eq!(parameters["example"], serde_json::json!({}), "{name}"),
+            None => assert!(fields["job"]["example"]["callback_url"].is_null(), "{name}"),
+        }
+    }
 }
 
 /// Units that a name may end in or carry.
@@ -240,8 +452,8 @@ fn carried(schema: &str, property: &str) -> bool {
             (schema, property),
             ("Estimate" | "TrendPoint", "value" | "standard_uncertainty")
                 | ("Difference", "difference" | "standard_uncertainty")
-                | ("SetupErrorDoc", "e_xs" | "e_ys")
-                | ("EccentricitiesDoc", "before" | "after_linear" | "after_all")
+                | ("SetupError", "e_xs" | "e_ys")
+                | ("Eccentricities", "before" | "after_linear" | "after_all")
         )
 }
 
@@ -250,7 +462,9 @@ fn is_number(schema: &Value) -> bool {
     let typed = |value: &Value| {
         value == "number" || value.as_array().is_some_and(|all| all.contains(&"number".into()))
     };
-    let fixed = schema["$ref"].as_str().is_some_and(|name| name.contains("/Numbers"));
+    let fixed = schema["$ref"].as_str().is_some_and(|name| {
+        ["/Pair", "/Vector"].iter().any(|end| name.ends_with(end)) || name.contains("/Numbers")
+    });
     typed(&schema["type"])
         || fixed
         || (schema["items"].is_object() && is_number(&schema["items"]))
@@ -282,7 +496,7 @@ fn every_number_carries_its_unit() {
     }
     assert!(seen > 40, "only {seen} numbers");
     assert!(is_number(
-        &serde_json::json!({"oneOf": [{"type": "null"}, {"$ref": "#/components/schemas/Numbers2"}]})
+        &serde_json::json!({"oneOf": [{"type": "null"}, {"$ref": "#/components/schemas/Pair"}]})
     ));
 }
 

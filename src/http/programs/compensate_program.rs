@@ -25,7 +25,7 @@ const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "text/csv", 
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct CompensationForm {
-    /// The parameters; if this field is absent, they are in the query.
+    /// The parameters. If this field is absent or `{}`, they are in the query.
     parameters: Option<CompensationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]

@@ -34,7 +34,7 @@ const OFFERS: &[&str] = &["application/json", CSV];
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct InterpretationUpload {
-    /// The parameters; if this field is absent, they are in the query.
+    /// The parameters. If this field is absent or `{}`, they are in the query.
     parameters: Option<InterpretationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]

@@ -24,7 +24,7 @@ const OFFERS: &[&str] = &["application/json", SVG];
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct ServoProgramForm {
-    /// The parameters; if this field is absent, they are in the query.
+    /// The parameters. If this field is absent or `{}`, they are in the query.
     parameters: Option<ServoProgramParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]

@@ -105,20 +105,27 @@ async fn multipart<P: DeserializeOwned>(
     incoming: Incoming,
     part: Part,
 ) -> Result<Upload<P>, Problem> {
-    let read = |text: &[u8]| Ok(read_json(text)?);
+    // A field that states no parameter leaves them to the query.
+    let read = |text: &[u8]| if is_empty_object(text) { Ok(None) } else { Ok(Some(read_json(text)?)) };
     let Form { document, program, file_name, surface } =
         form(app, parts, incoming, "parameters", part, read).await?;
     let query = parts.uri.query().unwrap_or_default();
-    let parameters = match document {
+    let parameters = match document.flatten() {
         Some(_) if !query.is_empty() => {
-            let fault =
-                Fault::new("/parameters", "give the parameters in the field or in the query, not in both");
+            let detail =
+                "the field parameters and the query both have parameters; move all of them to one place";
+            let fault = Fault::new("/parameters", detail);
             return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
         }
         Some(parameters) => parameters,
         None => read_query(query)?,
     };
     Ok(Upload { program, file_name, surface, parameters })
+}
+
+/// Whether a text is `{}`, perhaps with blanks.
+fn is_empty_object(text: &[u8]) -> bool {
+    text.iter().filter(|byte| !byte.is_ascii_whitespace()).eq(b"{}")
 }
 
 /// A form with a JSON document, a program and optionally the part's surface.
@@ -210,17 +217,22 @@ async fn fields<D>(
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
-                memory::keep(parsed_bytes(&text))?;
-                document = Some(read(&text)?);
+                if !text.trim_ascii().is_empty() {
+                    memory::keep(parsed_bytes(&text))?;
+                    document = Some(read(&text)?);
+                }
             }
             "program" if program.is_none() => {
                 let name = field.file_name().and_then(clean_name);
                 let kind = field.content_type().map(str::to_owned);
-                program = Some((spooled(app, &mut field, app.spool.begin()?).await?, name, kind));
+                let draft = spooled(app, &mut field, app.spool.begin()?).await?;
+                program = is_filled(&draft, name.as_deref()).then_some((draft, name, kind));
             }
             "surface" if surface.is_none() && part == Part::Seen => {
+                let name = field.file_name().and_then(clean_name);
                 let spooling = app.spool.begin_within(app.settings.max_surface_bytes)?;
-                surface = Some(spooled(app, &mut field, spooling).await?);
+                let draft = spooled(app, &mut field, spooling).await?;
+                surface = is_filled(&draft, name.as_deref()).then_some(draft);
             }
             name => {
                 let known = match name {
@@ -236,11 +248,16 @@ async fn fields<D>(
     }
     between.end(Duration::from_secs_f64(app.settings.body_pause_timeout_s)).await?;
     let Some((program, file_name, media_type)) = program else {
-        let fault = Fault::new("/program", "the file field program is missing");
+        let fault = Fault::new("/program", "the file field program is missing; choose a file");
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
     };
     let file_name = named(file_name, &program, media_type.as_deref());
     Ok(Form { document, program, file_name, surface })
+}
+
+/// Whether a file was chosen for a field. Browsers send an empty part without a file name if none was.
+fn is_filled(draft: &Draft, name: Option<&str>) -> bool {
+    name.is_some() || draft.length() > 0
 }
 
 /// A field on the disk.

@@ -25,7 +25,7 @@ const OFFERS: &[&str] = &["application/json", SVG, CSV];
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct VerificationForm {
-    /// The parameters; if this field is absent, they are in the query.
+    /// The parameters. If this field is absent or `{}`, they are in the query.
     parameters: Option<VerificationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]

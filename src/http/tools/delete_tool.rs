@@ -30,7 +30,7 @@ refusals!(
     params(
         ("machine_id" = String, Path, description = "Id of the machine, chosen by the client", example = "example-ac-table"),
         ("tool_id" = String, Path, description = "Id of the tool, chosen by the client", example = "T12"),
-        ("If-Match" = String, Header, description = "ETag of the current revision", example = "\"r3-9f86d081884c7d65\""),
+        ("If-Match" = String, Header, description = "ETag of the current revision; `*` fits every revision", example = "*"),
     ),
     responses((status = 204, description = "The tool is deleted"), Refusals)
 )]

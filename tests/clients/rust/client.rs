@@ -31,13 +31,13 @@ fn connect(key: &str) -> Configuration {
 
 async fn posted(client: &Configuration, program: &PathBuf) -> Job {
     let parameters = CcParameters {
-        tool_radius_mm: Some(Some(5.0)),
-        work_offset_mm: Some(Some(vec![12.0, -7.0, 35.0])),
+        tool_radius_mm: Some(5.0),
+        work_offset_mm: Some(vec![12.0, -7.0, 35.0]),
         ..CcParameters::new()
     };
     let mut job = CcCompensationJob::new(MACHINE.to_owned(), Default::default(), parameters);
-    job.external_id = Some(Some("WO-4711/20".to_owned()));
-    let request = JobRequest::CcCompensationJob(Box::new(job));
+    job.external_id = Some("WO-4711/20".to_owned());
+    let request = JobRequest::CcCompensation(Box::new(job));
     let answer = create_job(client, request, program.clone(), Some("WO-4711/20 rust"), None).await.unwrap();
     let Some(CreateJobSuccess::Status202(job)) = answer.entity else { panic!("{answer:?}") };
     job
@@ -88,12 +88,12 @@ async fn main() {
             break;
         }
         tokio::time::sleep(Duration::from_millis(50)).await;
-        let told = get_job(&client, &job.id, None).await.unwrap();
+        let told = get_job(&client, &job.id.to_string(), None).await.unwrap();
         let Some(GetJobSuccess::Status200(told)) = told.entity else { panic!("{told:?}") };
         job = told;
     }
     assert_eq!(job.state, JobState::Succeeded);
-    assert_eq!(get_job_program(&client, &job.id, None, None, None).await.unwrap().content, answered);
+    assert_eq!(get_job_program(&client, &job.id.to_string(), None, None, None).await.unwrap().content, answered);
 
     let poses = InverseRequest::new(vec![Pose::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]);
     let refused = solve_inverse_kinematics(&client, MACHINE, poses, None, None, None, None, None, None, None).await;
