@@ -8,7 +8,7 @@ use serde::de::{Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
-use utoipa::PartialSchema;
+use utoipa::{PartialSchema, ToSchema};
 #[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 #[cfg(test)]

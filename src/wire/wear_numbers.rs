@@ -7,7 +7,7 @@ use std::fmt;
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
-use utoipa::PartialSchema;
+use utoipa::{PartialSchema, ToSchema};
 #[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaType, Type};
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::fmt;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 #[cfg(test)]
-use utoipa::PartialSchema;
+use utoipa::{PartialSchema, ToSchema};
 #[cfg(test)]
 use utoipa::openapi::schema::{ObjectBuilder, Type};
 #[cfg(test)]

@@ -195,7 +195,7 @@ fn every_post_that_stores_takes_an_idempotency_key() {
 
 #[test]
 fn every_reference_resolves_and_everything_shared_is_used() {
-    let document = trunnion::http::document();
+    let document = made();
     let text = document.to_string();
     let mut used = BTreeSet::new();
     for part in text.split("\"#/").skip(1) {
@@ -220,7 +220,7 @@ fn the_description_is_short() {
 
 #[test]
 fn every_refusal_is_a_shared_response_and_nothing_shared_is_repeated() {
-    let document = trunnion::http::document();
+    let document = made();
     let mut written_out = BTreeSet::new();
     let mut once = |place: &str, name: &str, part: &Value| {
         let is_new = part["$ref"].is_string() || written_out.insert(format!("{name} {part}"));
@@ -244,7 +244,7 @@ fn every_refusal_is_a_shared_response_and_nothing_shared_is_repeated() {
 
 #[test]
 fn schemas_have_names_of_the_field() {
-    let document = trunnion::http::document();
+    let document = made();
     for name in document["components"]["schemas"].as_object().unwrap().keys() {
         let ours = ["BTreeMap", "HashMap", "Numbers2", "Numbers3", "Vec", "Option", "Fixed"];
         assert!(!ours.contains(&name.as_str()) && !name.ends_with("Doc") && !name.contains('_'), "{name}");
@@ -263,7 +263,7 @@ const WITHOUT_TAG: &[&str] = &[
 
 #[test]
 fn alternatives_have_a_discriminator() {
-    let document = trunnion::http::document();
+    let document = made();
     let schemas = document["components"]["schemas"].as_object().unwrap();
     let mut found = 0;
     for (name, schema) in schemas {
