@@ -26,6 +26,7 @@ COPY build.rs ./
 COPY .sqlx .sqlx
 COPY migrations migrations
 COPY openapi openapi
+COPY docs/examples docs/examples
 COPY core core
 COPY src src
 # The sources are newer than the stand-ins, whatever their time stamps say.

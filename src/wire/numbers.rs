@@ -8,11 +8,11 @@ use serde::de::{Error as _, IgnoredAny, SeqAccess, Visitor};
 use serde::ser::SerializeSeq;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
-use utoipa::{PartialSchema, ToSchema};
-#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, Type};
 #[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
+#[cfg(test)]
+use utoipa::{PartialSchema, ToSchema};
 
 /// Exactly `N` numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]

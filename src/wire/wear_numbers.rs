@@ -7,11 +7,11 @@ use std::fmt;
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[cfg(test)]
-use utoipa::{PartialSchema, ToSchema};
-#[cfg(test)]
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, SchemaType, Type};
 #[cfg(test)]
 use utoipa::openapi::{RefOr, Schema};
+#[cfg(test)]
+use utoipa::{PartialSchema, ToSchema};
 
 /// One number for all elements, or one number for each.
 #[derive(Debug, Clone, PartialEq)]

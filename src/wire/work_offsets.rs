@@ -8,11 +8,11 @@ use std::fmt;
 use serde::de::{Error as _, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 #[cfg(test)]
-use utoipa::{PartialSchema, ToSchema};
-#[cfg(test)]
 use utoipa::openapi::schema::{ObjectBuilder, Type};
 #[cfg(test)]
 use utoipa::openapi::{Ref, RefOr, Schema};
+#[cfg(test)]
+use utoipa::{PartialSchema, ToSchema};
 
 use super::reading::escape;
 use super::{CcParameters, Fault, FaultList, Fixed};

@@ -266,8 +266,8 @@ fn seeds() -> Vec<Seed> {
                 if kind == "multipart/form-data" {
                     continue;
                 }
-                let shared = &content["examples"]["request"]["value"];
-                let example = if shared.is_null() { &content["example"] } else { shared };
+                let named = content["examples"].as_object().and_then(|examples| examples.values().next());
+                let example = named.map_or(&content["example"], |named| &named["value"]);
                 assert!(!example.is_null(), "{path} has no example of a request as {kind}");
                 let text = example.as_str().map_or_else(|| example.to_string(), str::to_owned);
                 let method = method.to_uppercase().parse().unwrap();

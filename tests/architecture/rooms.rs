@@ -70,7 +70,6 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("servo", &["programs"]),
             ("jobs", &["programs", "observation"]),
             ("service", &["observation"]),
-            ("openapi", &["webhooks"]),
             (
                 "routes",
                 &[
@@ -80,7 +79,6 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
                     "keys",
                     "kinematics",
                     "machines",
-                    "openapi",
                     "programs",
                     "service",
                     "servo",

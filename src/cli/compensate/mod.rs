@@ -64,10 +64,10 @@ pub struct CompensateArguments {
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     work_offset_mm: Option<Offset>,
     /// Radius of the cutter (mm)
-    #[arg(long, value_name = "MM", value_parser = finite)]
+    #[arg(long, value_name = "MM", value_parser = finite, allow_negative_numbers = true)]
     tool_radius_mm: Option<f64>,
     /// Largest allowed distance of the contact path from its line (µm); the default is 10
-    #[arg(long, value_name = "UM", value_parser = finite)]
+    #[arg(long, value_name = "UM", value_parser = finite, allow_negative_numbers = true)]
     tolerance_um: Option<f64>,
     /// Also compensate the location errors in the machine's profile
     #[arg(long)]

@@ -74,7 +74,7 @@ fn golden(name: &str, text: &str) {
 /// A part of the document that is longer than a line has a line for each of its members \[bytes\].
 const LINE: usize = 132;
 /// Most of the committed file, which is served as it is \[bytes\].
-const MOST: usize = 415_000;
+const MOST: usize = 420_000;
 
 /// The document as text: without blanks, so that it is short, and in lines, so that a change shows where it is.
 fn in_lines(value: &Value, into: &mut String) {
