@@ -34,7 +34,7 @@ impl CalibrationLimits {
     pub(super) fn check<'a>(
         &self,
         pointer: &str,
-        letters: impl Iterator<Item = &'a str> + Clone,
+        letters: &(impl Iterator<Item = &'a str> + Clone),
         faults: &mut FaultList,
     ) {
         for (name, limit) in &self.0 {
@@ -109,7 +109,7 @@ mod tests {
     fn faults(text: &str) -> Vec<String> {
         let limits: CalibrationLimits = serde_json::from_str(text).unwrap();
         let mut faults = FaultList::default();
-        limits.check("/calibration_limits", ["A", "C"].into_iter(), &mut faults);
+        limits.check("/calibration_limits", &["A", "C"].into_iter(), &mut faults);
         let faults = faults.into_result().err().unwrap_or_default();
         faults.into_iter().map(|fault| fault.pointer).collect()
     }

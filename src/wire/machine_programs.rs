@@ -121,7 +121,7 @@ impl MachineProfile {
         }
         if let Some(limits) = &self.calibration_limits {
             let letters = self.kinematics.rotary_axes.iter().map(|axis| axis.name.as_str());
-            limits.check("/calibration_limits", letters, faults);
+            limits.check("/calibration_limits", &letters, faults);
         }
         let axes = || self.kinematics.rotary_axes.iter().map(|axis| axis.name.as_str());
         if let Some(PlaneSolution { axis: Some(axis), .. }) = &self.plane_solution

@@ -114,8 +114,11 @@ fn values(found: &Identified) -> Vec<f64> {
     found.unknowns.iter().map(value).collect()
 }
 
+/// Changes a run by a number of standard uncertainties.
+type Change<'a> = dyn Fn(&mut BallBarRun, f64) + 'a;
+
 /// Standard uncertainty of every unknown if each of these changes of the run, up and down, is one independent input.
-fn by_repeating(machine: &Machine, run: &BallBarRun, changes: &[&dyn Fn(&mut BallBarRun, f64)]) -> Vec<f64> {
+fn by_repeating(machine: &Machine, run: &BallBarRun, changes: &[&Change<'_>]) -> Vec<f64> {
     let identified = |change: &dyn Fn(&mut BallBarRun, f64), sign: f64| {
         let mut run = run.clone();
         change(&mut run, sign);
@@ -169,7 +172,7 @@ fn every_source_of_the_budget_agrees_with_a_second_method() {
         }
     };
     let balls: Vec<_> = [A, C].into_iter().flat_map(|axis| (0..3).map(move |k| moved(axis, k))).collect();
-    let balls: Vec<&dyn Fn(&mut BallBarRun, f64)> = balls.iter().map(|ball| ball as _).collect();
+    let balls: Vec<&Change<'_>> = balls.iter().map(|ball| ball as _).collect();
     assert_source(&budget, UncertaintySource::Ball, &by_repeating(&machine, &run, &balls));
 
     let longer = |run: &mut BallBarRun, sign: f64| run.bar_length_mm += sign * 0.2;
@@ -184,7 +187,7 @@ fn every_source_of_the_budget_agrees_with_a_second_method() {
         }
     };
     let waves: Vec<_> = (0..4).flat_map(|test| [wave(test, false), wave(test, true)]).collect();
-    let waves: Vec<&dyn Fn(&mut BallBarRun, f64)> = waves.iter().map(|wave| wave as _).collect();
+    let waves: Vec<&Change<'_>> = waves.iter().map(|wave| wave as _).collect();
     assert_source(&budget, UncertaintySource::Instrument, &by_repeating(&machine, &run, &waves));
 }
 

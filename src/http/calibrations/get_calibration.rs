@@ -50,7 +50,7 @@ pub(super) async fn get_calibration(
     let run = find(&app, &machine_id, &id).await?;
     match kind {
         SVG => figure.respond(&app, run).await,
-        "text/html" => Ok(Html(report_page::page(&app, run).await?).into_response()),
+        "text/html" => Ok(Html(Box::pin(report_page::page(&app, run)).await?).into_response()),
         _ => document(&headers, &run),
     }
 }

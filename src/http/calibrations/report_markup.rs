@@ -19,19 +19,19 @@ pub(super) fn facts(rows: &[(&str, String)]) -> String {
 pub(super) fn table(class: &str, columns: &[&str], numbers_from: usize, rows: &[Vec<String>]) -> String {
     let class_of = |column: usize| if column >= numbers_from { " class=n" } else { "" };
     let head = columns.iter().enumerate();
-    let head: String =
+    let head: Vec<String> =
         head.map(|(column, name)| format!("<th scope=col{}>{name}</th>", class_of(column))).collect();
     let rows: Vec<String> = rows
         .iter()
         .map(|row| {
             let cells = row.iter().enumerate();
             let cells = cells.map(|(column, cell)| format!("<td{}>{cell}</td>", class_of(column)));
-            format!("<tr>{}</tr>", cells.collect::<String>())
+            format!("<tr>{}</tr>", cells.collect::<Vec<_>>().concat())
         })
         .collect();
     format!(
         "<table class={class}>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}\n</tbody>\n</table>",
-        head,
+        head.concat(),
         rows.join("\n")
     )
 }

@@ -30,8 +30,8 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
         })
         .await??;
     let figures = bars.iter().chain(&figures);
-    let figures: String = figures.map(|figure| format!("<figure>{figure}</figure>\n")).collect();
-    Ok(format!("{text}\n{}\n</main></html>\n", section("Figures", &figures)))
+    let figures: Vec<String> = figures.map(|figure| format!("<figure>{figure}</figure>\n")).collect();
+    Ok(format!("{text}\n{}\n</main></html>\n", section("Figures", &figures.concat())))
 }
 
 /// Everything before the figures.
