@@ -70,6 +70,7 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("servo", &["programs"]),
             ("jobs", &["programs", "observation"]),
             ("service", &["observation"]),
+            ("openapi", &["webhooks"]),
             (
                 "routes",
                 &[
