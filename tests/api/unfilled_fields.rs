@@ -16,11 +16,13 @@ fn file(text: &str) -> Part {
     Part::text(text.to_owned()).file_name("part.nc")
 }
 
-/// As `FormData` of a browser has a file field for which no file was chosen, and as an HTML form has it.
-fn no_file() -> [Part; 2] {
+/// As `FormData` of a browser has a file field for which no file was chosen, as a page has it that fills the field with an
+/// empty `Blob`, and as an HTML form has it.
+fn no_file() -> [Part; 3] {
     let form_data = Part::text("");
+    let blob = Part::text("").file_name("blob").mime_str("application/octet-stream").unwrap();
     let html = Part::text("").file_name("").mime_str("application/octet-stream").unwrap();
-    [form_data, html]
+    [form_data, blob, html]
 }
 
 async fn post(app: &App, operation: &str, query: &[(&str, &str)], form: Form) -> Response {

@@ -255,9 +255,13 @@ async fn fields<D>(
     Ok(Form { document, program, file_name, surface })
 }
 
-/// Whether a file was chosen for a field. Browsers send an empty part without a file name if none was.
+/// The name that a page gives to a file without a name (`FormData` of the browsers).
+const NAMELESS: &str = "blob";
+
+/// Whether a file was chosen for a field. Browsers send an empty part without a file name if none was, and pages that
+/// make the form themselves an empty part with the name `blob`.
 fn is_filled(draft: &Draft, name: Option<&str>) -> bool {
-    name.is_some() || draft.length() > 0
+    draft.length() > 0 || name.is_some_and(|name| name != NAMELESS)
 }
 
 /// A field on the disk.
