@@ -14,7 +14,9 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 
 use super::blobs::hex;
-use super::{AuditHead, DatabaseFile, Pace, Sha256Hex, StoreError, own_schema};
+use super::examination::STAGING;
+use super::lock::LOCK_FILE;
+use super::{AuditHead, DatabaseFile, DirectoryLock, LockFault, Pace, Sha256Hex, StoreError, own_schema};
 
 /// Name of the database in a data directory and in a backup.
 pub const DATABASE_NAME: &str = "trunnion.sqlite";
@@ -42,6 +44,9 @@ pub enum BackupFault {
     /// The database could not be read or copied.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// A service has the directory to restore into.
+    #[error(transparent)]
+    Locked(#[from] LockFault),
     /// The target already exists.
     #[error("{} already exists; nothing was changed; name another directory", .0.display())]
     Occupied(PathBuf),
@@ -232,6 +237,8 @@ fn lies_within(target: &Path, data_dir: &Path) -> Result<bool, BackupFault> {
 /// # Errors
 /// Why nothing was restored; the data directory is unchanged then.
 pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupFault> {
+    // Held to the end, so that no service starts in the directory meanwhile.
+    let held = data_dir.is_dir().then(|| DirectoryLock::take_without_file(data_dir)).transpose()?;
     let exists = is_empty_directory(data_dir)?;
     let manifest_path = backup.join(MANIFEST_NAME);
     let mut text = Vec::new();
@@ -281,6 +288,7 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
     } else {
         settle(staging, data_dir)?;
     }
+    drop(held);
     Ok(manifest)
 }
 
@@ -294,7 +302,8 @@ fn is_empty_directory(path: &Path) -> Result<bool, BackupFault> {
     };
     for entry in entries {
         let name = entry.map_err(at("reading", path))?.file_name();
-        if name != FOR_REPAIRS {
+        // A service that did not start leaves its lock file.
+        if name != FOR_REPAIRS && name != LOCK_FILE {
             let found = name.to_string_lossy().into_owned();
             return Err(BackupFault::NotEmpty { path: path.to_owned(), found });
         }
@@ -378,7 +387,7 @@ fn staging_beside(target: &Path) -> Result<tempfile::TempDir, BackupFault> {
 }
 
 fn staging_in(folder: &Path) -> Result<tempfile::TempDir, BackupFault> {
-    let made = tempfile::Builder::new().prefix(".trunnion-").tempdir_in(folder);
+    let made = tempfile::Builder::new().prefix(STAGING).tempdir_in(folder);
     made.map_err(at("making a directory in", folder))
 }
 

@@ -16,7 +16,7 @@ use sqlx::sqlite::{
 use super::audit_chain::chain_old_entries;
 use super::database_file::newest_migration;
 use super::error::Doing;
-use super::examination::stored_files;
+use super::examination::{STAGING, stored_files};
 use super::readers::Readers;
 use super::{Soundness, StoreError, StoredThing, own_schema, verify_text};
 use crate::meter;
@@ -233,9 +233,15 @@ fn is_empty(file: &Path) -> bool {
     std::fs::metadata(file).map_or_else(|fault| fault.kind() == ErrorKind::NotFound, |found| found.len() == 0)
 }
 
-/// Refuses an empty database if files are stored beside it: a service that starts with it would remove them all.
+/// Refuses an empty database if files are stored beside it, because a service that starts with it would remove them all,
+/// or if a restore did not end.
 fn no_files_beside(file: &Path) -> Result<(), StoreError> {
     let directory = file.parent().unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    if let Some(found) = names.find(|name| name.starts_with(STAGING)) {
+        return Err(StoreError::Unrestored { directory: directory.to_owned(), found });
+    }
     match stored_files(directory) {
         0 => Ok(()),
         files => Err(StoreError::Lost { database: file.to_owned(), folder: directory.join("blobs"), files }),

@@ -51,6 +51,17 @@ pub enum StoreError {
         /// Number of files.
         files: usize,
     },
+    /// A restore into this directory did not end.
+    #[error(
+        "{} holds {found:?} of a restore that did not end, and no database. No file was touched: remove {found:?}, then \
+         restore again, or start with an empty service", directory.display()
+    )]
+    Unrestored {
+        /// The data directory.
+        directory: PathBuf,
+        /// The incomplete copy in it.
+        found: String,
+    },
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),

@@ -104,6 +104,9 @@ pub async fn examine_to(data_dir: &Path, depth: &Depth) -> Result<Examination, S
     })
 }
 
+/// How the names of copies begin that are not complete.
+pub(super) const STAGING: &str = ".trunnion-";
+
 /// How many files are stored in a data directory, whether a database names them or not.
 #[must_use]
 pub fn stored_files(data_dir: &Path) -> usize {

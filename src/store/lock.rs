@@ -28,7 +28,7 @@ pub enum LockFault {
 /// is removed.
 #[derive(Debug)]
 pub struct DirectoryLock {
-    _file: File,
+    file: Option<File>,
     _directory: File,
 }
 
@@ -36,7 +36,7 @@ impl DirectoryLock {
     /// Whether another process has the directory; the locks are only checked.
     #[must_use]
     pub fn is_taken(directory: &Path) -> bool {
-        [directory.join(FILE), directory.to_owned()].iter().any(|path| {
+        [directory.join(LOCK_FILE), directory.to_owned()].iter().any(|path| {
             File::open(path).is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
         })
     }
@@ -46,27 +46,36 @@ impl DirectoryLock {
     /// # Errors
     /// Another process has it, or the lock file cannot be used.
     pub fn take(directory: &Path) -> Result<Self, LockFault> {
-        let locked = |file: File, path: &Path| match file.try_lock() {
-            Ok(()) => Ok(file),
-            Err(TryLockError::WouldBlock) => Err(LockFault::Taken(directory.to_owned())),
-            Err(TryLockError::Error(source)) => Err(LockFault::Unusable { path: path.to_owned(), source }),
-        };
-        let unusable = |path: &Path| {
-            let path = path.to_owned();
-            move |source| LockFault::Unusable { path, source }
-        };
         // The directory first: a process that meets a service whose file was removed leaves no new file.
-        let opened = File::open(directory).map_err(unusable(directory))?;
-        let opened = locked(opened, directory)?;
-        let path = directory.join(FILE);
+        let mut lock = Self::take_without_file(directory)?;
+        let path = directory.join(LOCK_FILE);
         let file = File::options().create(true).write(true).truncate(false).open(&path);
-        let file = locked(file.map_err(unusable(&path))?, &path)?;
-        Ok(Self { _file: file, _directory: opened })
+        lock.file = Some(locked(file, &path, directory)?);
+        Ok(lock)
+    }
+
+    /// Locks a directory that has to stay empty: no lock file is made.
+    ///
+    /// # Errors
+    /// Another process has it, or it cannot be opened.
+    pub fn take_without_file(directory: &Path) -> Result<Self, LockFault> {
+        let opened = locked(File::open(directory), directory, directory)?;
+        Ok(Self { file: None, _directory: opened })
+    }
+}
+
+fn locked(opened: std::io::Result<File>, path: &Path, directory: &Path) -> Result<File, LockFault> {
+    let unusable = |source| LockFault::Unusable { path: path.to_owned(), source };
+    let file = opened.map_err(unusable)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(LockFault::Taken(directory.to_owned())),
+        Err(TryLockError::Error(source)) => Err(unusable(source)),
     }
 }
 
 /// Name of the lock file.
-const FILE: &str = "trunnion.lock";
+pub(super) const LOCK_FILE: &str = "trunnion.lock";
 
 #[cfg(test)]
 mod tests {
@@ -76,10 +85,10 @@ mod tests {
     fn a_removed_lock_file_lets_nobody_in() {
         let folder = tempfile::TempDir::new().expect("a directory");
         let held = DirectoryLock::take(folder.path()).expect("free");
-        std::fs::remove_file(folder.path().join(FILE)).expect("removed");
+        std::fs::remove_file(folder.path().join(LOCK_FILE)).expect("removed");
         assert!(matches!(DirectoryLock::take(folder.path()), Err(LockFault::Taken(_))));
         assert!(DirectoryLock::is_taken(folder.path()));
-        assert!(!folder.path().join(FILE).exists(), "who was refused left a file");
+        assert!(!folder.path().join(LOCK_FILE).exists(), "who was refused left a file");
         drop(held);
         assert!(!DirectoryLock::is_taken(folder.path()));
         assert!(DirectoryLock::take(folder.path()).is_ok());
@@ -88,7 +97,7 @@ mod tests {
     #[test]
     fn the_file_alone_keeps_others_out_as_earlier_versions_hold_it() {
         let folder = tempfile::TempDir::new().expect("a directory");
-        let earlier = File::create(folder.path().join(FILE)).expect("a file");
+        let earlier = File::create(folder.path().join(LOCK_FILE)).expect("a file");
         earlier.try_lock().expect("free");
         assert!(matches!(DirectoryLock::take(folder.path()), Err(LockFault::Taken(_))));
         assert!(DirectoryLock::is_taken(folder.path()));

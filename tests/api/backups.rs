@@ -159,3 +159,34 @@ async fn an_empty_directory_is_filled_and_not_replaced() {
     assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
     assert_eq!(std::fs::read_dir(&other).unwrap().count(), 0);
 }
+
+#[tokio::test]
+async fn nothing_starts_in_a_directory_while_it_is_restored_or_after_a_restore_that_did_not_end() {
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    spawn_in(&data, |_| {}).await.stop().await;
+    let backup = folder.path().join("backup");
+    assert_eq!(trunnion(&data, &["backup", path(&backup)]).status.code(), Some(0));
+    let volume = folder.path().join("volume");
+    std::fs::create_dir(&volume).unwrap();
+    let entries = || std::fs::read_dir(&volume).unwrap().count();
+    // As a restore holds it.
+    let held = std::fs::File::open(&volume).unwrap();
+    held.lock().unwrap();
+    for command in [&["migrate"][..], &["restore", path(&backup)]] {
+        let refused = trunnion(&volume, command);
+        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+        assert!(said(&refused).contains("another trunnion uses"), "{}", said(&refused));
+        assert_eq!(entries(), 0);
+    }
+    drop(held);
+    // As a restore leaves it that was killed.
+    let copy = volume.join(".trunnion-a1b2c3");
+    std::fs::create_dir(&copy).unwrap();
+    let refused = trunnion(&volume, &["migrate"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("of a restore that did not end"), "{}", said(&refused));
+    std::fs::remove_dir(&copy).unwrap();
+    let done = trunnion(&volume, &["restore", path(&backup)]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+}

@@ -119,3 +119,22 @@ async fn options_beside_a_json_body_are_refused_with_their_place() {
         }
     }
 }
+
+#[tokio::test]
+async fn an_empty_part_counts_the_same_in_every_order_and_not_too_often() {
+    let app = spawn().await;
+    let query = [("tool_radius_mm", "5"), ("contact", "tip"), ("work_offset_mm", "0,0,0")];
+    for field in ["program", "surface", "parameters"] {
+        let form = Form::new().part("program", file(MILLED)).text("parameters", "{}").text(field, "");
+        let answer = post(&app, "cc-compensation", &query, form).await;
+        let status = answer.status();
+        assert_eq!(status, 200, "{field}: {}", answer.text().await.unwrap());
+        let many = (0..17).fold(Form::new(), |form, _| form.text(field, ""));
+        let answer = post(&app, "cc-compensation", &query, many.part("program", file(MILLED))).await;
+        let body = problem(answer, "invalid-request").await;
+        assert!(body["detail"].as_str().unwrap().contains("more than 16 parts"), "{body}");
+    }
+    let twice = Form::new().part("program", file(MILLED)).part("program", file(MILLED));
+    let body = problem(post(&app, "cc-compensation", &query, twice).await, "invalid-request").await;
+    assert_eq!(pointers(&body), ["/program"], "{body}");
+}

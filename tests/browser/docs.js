@@ -152,8 +152,8 @@ const execute = async (block, { path, method, operation }, kind) => {
     const id = await idOf(operation.operationId, path);
     await block.locator('tr[data-param-name="id"] input').fill(id);
   }
-  const from = block.locator('tr[data-param-name="from"] input');
-  if (await from.count()) await from.fill(earlier);
+  if (operation.operationId === "compare_calibrations")
+    await block.locator('tr[data-param-name="from"] input').fill(earlier);
   if (kind === "multipart/form-data") {
     const name = FILES[operation.operationId] ?? "blade.nc";
     const row = block.locator('.opblock-section-request-body tr[data-property-name="program"]');

@@ -200,6 +200,7 @@ async fn fields<D>(
     let mut document: Option<D> = None;
     let mut program: Option<(Draft, Option<String>, Option<String>)> = None;
     let mut surface: Option<Draft> = None;
+    let mut empty_parts = 0;
     loop {
         between.enter();
         let Some(mut field) = paused(app, form.next_field()).await? else { break };
@@ -217,7 +218,9 @@ async fn fields<D>(
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
-                if !text.trim_ascii().is_empty() {
+                if text.trim_ascii().is_empty() {
+                    empty_parts += 1;
+                } else {
                     memory::keep(parsed_bytes(&text))?;
                     document = Some(read(&text)?);
                 }
@@ -227,23 +230,39 @@ async fn fields<D>(
                 let kind = field.content_type().map(str::to_owned);
                 let draft = spooled(app, &mut field, app.spool.begin()?).await?;
                 program = is_filled(&draft, name.as_deref()).then_some((draft, name, kind));
+                empty_parts += u32::from(program.is_none());
             }
             "surface" if surface.is_none() && part == Part::Seen => {
                 let name = field.file_name().and_then(clean_name);
                 let spooling = app.spool.begin_within(app.settings.max_surface_bytes)?;
                 let draft = spooled(app, &mut field, spooling).await?;
                 surface = is_filled(&draft, name.as_deref()).then_some(draft);
+                empty_parts += u32::from(surface.is_none());
             }
             name => {
-                let known = match name {
+                let name = name.to_owned();
+                let known = match name.as_str() {
                     "program" => true,
                     "surface" => part == Part::Seen,
                     name => name == document_name,
                 };
-                let detail = if known { "the field occurs more than once" } else { "unknown field" };
-                let fault = Fault::new(format!("/{name}"), detail);
-                return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+                let mut filled = !known;
+                while !filled && let Some(chunk) = paused(app, field.chunk()).await? {
+                    filled = !chunk.is_empty();
+                }
+                if filled {
+                    let detail = if known { "the field occurs more than once" } else { "unknown field" };
+                    let fault = Fault::new(format!("/{name}"), detail);
+                    return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+                }
+                empty_parts += 1;
             }
+        }
+        if empty_parts > MOST_EMPTY_PARTS {
+            let detail = format!(
+                "the form has more than {MOST_EMPTY_PARTS} parts without content; leave out fields without a value"
+            );
+            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new("", detail)]));
         }
     }
     between.end(Duration::from_secs_f64(app.settings.body_pause_timeout_s)).await?;
@@ -254,6 +273,9 @@ async fn fields<D>(
     let file_name = named(file_name, &program, media_type.as_deref());
     Ok(Form { document, program, file_name, surface })
 }
+
+/// Most parts of a form that have no content: each takes a file while it is read.
+const MOST_EMPTY_PARTS: u32 = 16;
 
 /// The name that a page gives to a file without a name (`FormData` of the browsers).
 const NAMELESS: &str = "blob";
