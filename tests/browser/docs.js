@@ -13,7 +13,10 @@ const { TRUNNION_URL: url, TRUNNION_KEY: key, RECEIVER_PORT: receiverPort } = pr
 const machine = "/v1/machines/example-ac-table";
 
 // Operations that answer otherwise than 2xx, with the reason.
-const REFUSED = {};
+const REFUSED = {
+  put_machine: { status: 428, reason: "the machine exists; to replace it, its ETag has to be read" },
+  put_tool: { status: 428, reason: "the tool exists; to replace it, its ETag has to be read" },
+};
 // What comes last, because it takes away what others need. Everything else is executed in the order of the description.
 const LAST = ["cancel_job", "withdraw_wear_entry", "delete_tool", "delete_machine", "revoke_api_key"];
 // The files for the form of an operation; of several tools, posting takes cutter locations.
