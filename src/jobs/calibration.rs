@@ -130,7 +130,7 @@ fn days_between(from: Timestamp, to: Timestamp) -> f64 {
 pub struct CalibrationReading {
     /// The machine.
     pub machine_id: String,
-    /// Days since the newest measurement; `None` if there is none.
+    /// Days since the newest measurement; `None` if the machine has no run.
     pub age_days: Option<f64>,
     /// Days until the next calibration is due, negative if it is overdue; `None` without a measurement or a period.
     pub due_in_days: Option<f64>,

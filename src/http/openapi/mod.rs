@@ -80,6 +80,35 @@ pub(super) fn published(document: &Document) -> Value {
     document
 }
 
+/// A part of the document that is longer than a line has a line for each of its members \[bytes\].
+const LINE: usize = 132;
+
+/// The document as text: without blanks, so that it is short, and in lines, so that a change shows where it is.
+fn in_lines(value: &Value, into: &mut String) {
+    let whole = value.to_string();
+    match value {
+        Value::Object(members) if whole.len() > LINE => {
+            into.push_str("{\n");
+            for (index, (name, member)) in members.iter().enumerate() {
+                into.push_str(if index == 0 { "" } else { ",\n" });
+                into.push_str(&Value::from(name.as_str()).to_string());
+                into.push(':');
+                in_lines(member, into);
+            }
+            into.push_str("\n}");
+        }
+        Value::Array(items) if whole.len() > LINE => {
+            into.push_str("[\n");
+            for (index, item) in items.iter().enumerate() {
+                into.push_str(if index == 0 { "" } else { ",\n" });
+                in_lines(item, into);
+            }
+            into.push_str("\n]");
+        }
+        _ => into.push_str(&whole),
+    }
+}
+
 fn operations_mut(document: &mut Value) -> impl Iterator<Item = &mut Map<String, Value>> {
     let paths = document.get_mut("paths").and_then(Value::as_object_mut);
     let items = paths.into_iter().flat_map(|paths| paths.values_mut().filter_map(Value::as_object_mut));

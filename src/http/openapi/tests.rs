@@ -7,7 +7,7 @@ use serde_json::Value;
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
-use super::{Base, completed, published};
+use super::{Base, completed, in_lines, published};
 use crate::http::routes::routes;
 use crate::http::{
     audit, calibrations, jobs, keys, kinematics, machines, programs, service, servo, tools, wear, webhooks,
@@ -71,36 +71,8 @@ fn golden(name: &str, text: &str) {
     assert!(committed == text, "openapi/{name} is not up to date; write it anew with BLESS=1");
 }
 
-/// A part of the document that is longer than a line has a line for each of its members \[bytes\].
-const LINE: usize = 132;
 /// Most of the committed file, which is served as it is \[bytes\].
 const MOST: usize = 420_000;
-
-/// The document as text: without blanks, so that it is short, and in lines, so that a change shows where it is.
-fn in_lines(value: &Value, into: &mut String) {
-    let whole = value.to_string();
-    match value {
-        Value::Object(members) if whole.len() > LINE => {
-            into.push_str("{\n");
-            for (index, (name, member)) in members.iter().enumerate() {
-                into.push_str(if index == 0 { "" } else { ",\n" });
-                into.push_str(&Value::from(name.as_str()).to_string());
-                into.push(':');
-                in_lines(member, into);
-            }
-            into.push_str("\n}");
-        }
-        Value::Array(items) if whole.len() > LINE => {
-            into.push_str("[\n");
-            for (index, item) in items.iter().enumerate() {
-                into.push_str(if index == 0 { "" } else { ",\n" });
-                in_lines(item, into);
-            }
-            into.push_str("\n]");
-        }
-        _ => into.push_str(&whole),
-    }
-}
 
 #[test]
 fn the_committed_description_is_that_of_the_routes() {

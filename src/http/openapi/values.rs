@@ -164,7 +164,7 @@ mod tests {
         json!({ "$ref": format!("{SCHEMAS}{name}") })
     }
 
-    fn mended(schemas: &Value) -> Value {
+    fn changed(schemas: &Value) -> Value {
         let mut document = json!({
             "paths": {"/a": {"post": {
                 "requestBody": reference("Asked"), "responses": reference("Answered"),
@@ -183,7 +183,7 @@ mod tests {
         let both = json!({ "properties": {"gap": maybe} });
         let asked = json!({ "properties": {"gap": maybe, "both": reference("Both")} });
         let answered = json!({ "properties": {"gap": maybe, "both": reference("Both")} });
-        let document = mended(&json!({ "Asked": asked, "Answered": answered, "Both": both }));
+        let document = changed(&json!({ "Asked": asked, "Answered": answered, "Both": both }));
         let gap = |name: &str| document["components"]["schemas"][name]["properties"]["gap"].clone();
         assert_eq!(gap("Asked"), json!({ "type": "number" }));
         assert_eq!([gap("Answered"), gap("Both")], [(); 2].map(|()| json!({ "type": ["number", "null"] })));
@@ -195,7 +195,7 @@ mod tests {
     fn moments_and_ids_have_formats() {
         let text = json!({ "type": ["string", "null"] });
         let job = json!({ "properties": {"id": text, "ended_at": text, "machine_id": text} });
-        let document = mended(&json!({ "Asked": {}, "Answered": {}, "Job": job }));
+        let document = changed(&json!({ "Asked": {}, "Answered": {}, "Job": job }));
         let format =
             |name: &str| document["components"]["schemas"]["Job"]["properties"][name]["format"].clone();
         assert_eq!(
@@ -208,7 +208,7 @@ mod tests {
     fn alternatives_name_the_member_that_distinguishes_them() {
         let path = |kind: &str| json!({ "properties": {"kind": {"enum": [kind]}, "radius_mm": {}} });
         let any = json!({ "oneOf": [reference("Arc"), reference("Line")] });
-        let document = mended(
+        let document = changed(
             &json!({ "Asked": {}, "Answered": {}, "Any": any, "Arc": path("arc"), "Line": path("line") }),
         );
         let mapping = json!({ "arc": format!("{SCHEMAS}Arc"), "line": format!("{SCHEMAS}Line") });
