@@ -430,15 +430,8 @@ impl Clients {
     }
 
     async fn release(&mut self) {
-        self.world().gate.let_go();
         // The one that waited goes, and the next may come.
-        for _ in 0..200 {
-            if !self.world().gate.holds_one() {
-                break;
-            }
-            std::thread::sleep(std::time::Duration::from_micros(50));
-            tokio::task::yield_now().await;
-        }
+        self.world().gate.let_go();
         self.world().settle().await;
         // Those whose time has come are told again.
         self.world().wall.pass_ms(6 * SECOND_MS);

@@ -36,7 +36,9 @@ use crate::recorder;
 
 /// Looks at which nothing has changed before a service is held to rest.
 const QUIET_LOOKS: u32 = 6;
-/// Looks after which a second passes.
+/// How long one that waits at the gate sleeps between two looks.
+const GATE_PAUSE: Duration = Duration::from_micros(50);
+/// Looks at which nothing happens after which a second passes.
 const PATIENT_LOOKS: u32 = 80;
 
 /// When every run begins.
@@ -124,22 +126,41 @@ impl IdSource for Ids {
 pub(crate) struct Gate {
     open: AtomicBool,
     waits: AtomicBool,
+    /// How many have gone.
+    gone: AtomicU64,
+    /// How often those that wait have looked whether they may go, or are to stop.
+    looks: AtomicU64,
 }
 
 impl Gate {
     /// One through which everything goes.
     pub(crate) fn wide_open() -> Arc<Self> {
-        Arc::new(Self { open: AtomicBool::new(true), waits: AtomicBool::new(false) })
+        Arc::new(Self { open: AtomicBool::new(true), ..Self::default() })
     }
 
     pub(crate) fn holds_one(&self) -> bool {
         self.waits.load(Ordering::SeqCst)
     }
 
-    /// Lets the one that waits go.
+    /// Lets the one that waits go, and returns when it has gone.
     pub(crate) fn let_go(&self) {
-        if self.holds_one() {
-            self.open.store(true, Ordering::SeqCst);
+        if !self.holds_one() {
+            return;
+        }
+        let gone = self.gone.load(Ordering::SeqCst);
+        self.open.store(true, Ordering::SeqCst);
+        while self.holds_one() && self.gone.load(Ordering::SeqCst) == gone {
+            std::thread::sleep(GATE_PAUSE);
+        }
+    }
+
+    /// Returns when the one that waits, if there is one, has looked again and waits still, or is there no more.
+    fn lets_look(&self) {
+        let looks = || self.looks.load(Ordering::SeqCst);
+        // The look that goes on may have begun before.
+        let enough = looks() + 2;
+        while self.holds_one() && looks() < enough {
+            std::thread::sleep(GATE_PAUSE);
         }
     }
 
@@ -157,9 +178,11 @@ impl Gate {
             if stop().is_break() {
                 break false;
             }
-            std::thread::sleep(Duration::from_micros(50));
+            self.looks.fetch_add(1, Ordering::SeqCst);
+            std::thread::sleep(GATE_PAUSE);
         };
         self.waits.store(false, Ordering::SeqCst);
+        self.gone.fetch_add(1, Ordering::SeqCst);
         goes
     }
 }
@@ -403,16 +426,21 @@ impl World {
     /// Waits until the service rests and does nothing more to its files. Jobs come first; then the receiver answers
     /// those that it has heard, one after the other.
     pub(crate) async fn settle(&self) {
-        let (mut quiet, mut looks, mut done) = (0, 0, (0, 0));
+        let (mut quiet, mut patient, mut looks, mut done) = (0, 0, 0, (0, 0));
         loop {
             for _ in 0..4 {
                 tokio::task::yield_now().await;
             }
+            self.gate.lets_look();
             let (rests, told) = self.rests().await;
             // Who looks for a job draws an id for it, also where there is none.
             let now = (recorder::now(), self.ids.reached());
-            quiet = if rests && now == done { quiet + 1 } else { 0 };
-            done = now;
+            if now != done {
+                (quiet, patient, done) = (0, 0, now);
+            } else if others_sleep() {
+                patient += 1;
+                quiet = if rests { quiet + 1 } else { 0 };
+            }
             if quiet >= QUIET_LOOKS {
                 if told {
                     return;
@@ -422,9 +450,10 @@ impl World {
                 }
             }
             looks += 1;
-            if looks % PATIENT_LOOKS == 0 {
+            if patient >= PATIENT_LOOKS {
                 // What failed is tried again after a second.
                 recorder::pass_ns(1_000_000_000);
+                patient = 0;
             }
             let depth = self.app.store.queue_depth().await;
             assert!(looks < 20_000, "the service does not settle: {depth:?}");
@@ -438,12 +467,31 @@ impl World {
         let drain = if self.gate.holds_one() { Duration::ZERO } else { Duration::from_secs(5) };
         let mut stop = std::pin::pin!(self.app.queue.stop(drain));
         while futures::poll!(stop.as_mut()).is_pending() {
-            recorder::pass_ns(10_000_000);
+            if others_sleep() {
+                recorder::pass_ns(10_000_000);
+            }
             std::thread::sleep(Duration::from_micros(200));
             tokio::task::yield_now().await;
         }
         self.app.store.close().await;
     }
+}
+
+/// Whether no other thread of this process has anything to do now, while a run is recorded: on a busy computer a
+/// thread that has work may wait long for its turn. What is not recorded need not be the same each time.
+fn others_sleep() -> bool {
+    if !recorder::is_on() {
+        return true;
+    }
+    let me = std::fs::read_link("/proc/thread-self").unwrap();
+    std::fs::read_dir("/proc/self/task").unwrap().all(|thread| {
+        let thread = thread.unwrap();
+        // One that has ended meanwhile has nothing to do.
+        let stat = std::fs::read_to_string(thread.path().join("stat")).unwrap_or_default();
+        let state = stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next());
+        Some(thread.file_name().as_os_str()) == me.file_name()
+            || matches!(state, None | Some('S' | 'Z' | 'X'))
+    })
 }
 
 /// A new folder in memory, which goes with what is returned.
