@@ -4,7 +4,8 @@
 //! unit in its name (`point_mm`, `tilt_rad`); a quantity type never does. Lengths are millimetres and angles are
 //! radians inside; degrees, micrometres and microradians exist only at an interface.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::borrow::Borrow;
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 /// Micrometres in a millimetre.
 pub const UM_PER_MM: f64 = 1000.0;
@@ -14,6 +15,17 @@ pub const URAD_PER_RAD: f64 = 1e6;
 pub const MM_PER_INCH: f64 = 25.4;
 /// Seconds in a minute.
 pub const S_PER_MIN: f64 = 60.0;
+
+/// A number in a form that people read: with an exponent where it would have very many digits.
+#[must_use]
+pub fn legible(value: impl Borrow<f64>) -> String {
+    let value = *value.borrow();
+    let size = value.abs();
+    if size == 0.0 || LEGIBLE.contains(&size) { value.to_string() } else { format!("{value:e}") }
+}
+
+/// The sizes of numbers that are written without an exponent.
+const LEGIBLE: Range<f64> = 1e-6..1e9;
 
 /// A unit of length used in programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -176,5 +188,28 @@ impl Feedrate {
     #[must_use]
     pub const fn mm_per_min(self) -> f64 {
         self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::legible;
+
+    #[test]
+    fn a_number_is_written_as_people_read_it() {
+        let read = [
+            (0.0, "0"),
+            (-5.0, "-5"),
+            (0.000_25, "0.00025"),
+            (123_456.75, "123456.75"),
+            (-3e300, "-3e300"),
+            (5e-324, "5e-324"),
+            (1e9, "1e9"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (value, text) in read {
+            assert_eq!(legible(value), text);
+        }
     }
 }

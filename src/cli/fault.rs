@@ -90,6 +90,9 @@ pub enum CommandFault {
     /// The existing file is not a regular file: a device, a link or a folder is not replaced.
     #[error("{} is not a regular file and is not replaced; name another file", .0.display())]
     NoPlainFile(PathBuf),
+    /// The existing file is write-protected.
+    #[error("{} is write-protected and is not replaced; name another file, or allow writing to it", .0.display())]
+    WriteProtected(PathBuf),
     /// Two results have the same place.
     #[error("{} is named for two results; give each its own file", .0.display())]
     SamePlace(PathBuf),

@@ -4,7 +4,7 @@
 use axum::response::Response;
 use http::header::{
     CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, ETAG, REFERRER_POLICY, STRICT_TRANSPORT_SECURITY,
-    X_CONTENT_TYPE_OPTIONS,
+    VARY, X_CONTENT_TYPE_OPTIONS,
 };
 use http::{HeaderName, HeaderValue};
 
@@ -46,8 +46,13 @@ pub(super) fn guard_answer(response: &mut Response, route: Option<&str>, tls: bo
     }
     if !headers.contains_key(CACHE_CONTROL) {
         // A client may cache an answer with a tag, but must revalidate it before use; nothing else is cached.
-        let kept = if headers.contains_key(ETAG) { "private, no-cache" } else { "no-store" };
+        let is_kept = headers.contains_key(ETAG);
+        let kept = if is_kept { "private, no-cache" } else { "no-store" };
         headers.insert(CACHE_CONTROL, HeaderValue::from_static(kept));
+        // Most answers have several representations, and each has its own tag.
+        if is_kept && !headers.contains_key(VARY) {
+            headers.insert(VARY, HeaderValue::from_static("accept"));
+        }
     }
 }
 
@@ -91,7 +96,13 @@ mod tests {
 
     #[test]
     fn what_has_a_tag_is_asked_for_again_and_nothing_else_is_kept() {
-        assert_eq!(guarded("a/b", Some("\"x\""), "/", false).headers()[CACHE_CONTROL], "private, no-cache");
-        assert_eq!(guarded("a/b", None, "/", false).headers()[CACHE_CONTROL], "no-store");
+        let tagged = guarded("a/b", Some("\"x\""), "/", false);
+        assert_eq!(
+            (&tagged.headers()[CACHE_CONTROL], &tagged.headers()[VARY]),
+            (&HeaderValue::from_static("private, no-cache"), &HeaderValue::from_static("accept"))
+        );
+        let untagged = guarded("a/b", None, "/", false);
+        assert_eq!(untagged.headers()[CACHE_CONTROL], "no-store");
+        assert!(!untagged.headers().contains_key(VARY));
     }
 }

@@ -50,6 +50,26 @@ pub fn time_bound(pointer: &str, text: &str) -> Result<String, Fault> {
     })
 }
 
+/// The two ends of a period in the stored form, each if it is stated. Faults are added to `faults`, with these
+/// pointers.
+pub fn period(
+    [from_pointer, to_pointer]: [&'static str; 2],
+    from: Option<&str>,
+    to: Option<&str>,
+    faults: &mut FaultList,
+) -> (Option<String>, Option<String>) {
+    let mut bound = |pointer, text: Option<&str>| {
+        text.and_then(|text| time_bound(pointer, text).map_err(|fault| faults.push(|| fault)).ok())
+    };
+    let (from, to) = (bound(from_pointer, from), bound(to_pointer, to));
+    if let (Some(from), Some(to)) = (&from, &to)
+        && from > to
+    {
+        faults.push(|| Fault::new(to_pointer, format!("{to} is before {from}, where the period begins")));
+    }
+    (from, to)
+}
+
 /// The results of a run.
 ///
 /// # Errors

@@ -47,7 +47,7 @@ pub use acceptance::{Accepted, already_done, steps_done, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
 pub use asking::{asked_by, asker};
 pub use calibration::{
-    CalibrationReading, due_at, evaluate, evaluate_ballbar, evaluate_budget, measured_at, time_bound,
+    CalibrationReading, due_at, evaluate, evaluate_ballbar, evaluate_budget, measured_at, period, time_bound,
 };
 pub use cc_compensator::CutterContactCompensator;
 pub use clock::{Clock, IdSource, Sources, TlsTime, system_time, timestamp};

@@ -295,20 +295,27 @@ pub async fn restore(backup: &Path, data_dir: &Path) -> Result<Manifest, BackupF
 /// Whether a directory exists, which must then be empty. The folder that a new file system has for its own repairs does
 /// not count.
 fn is_empty_directory(path: &Path) -> Result<bool, BackupFault> {
-    let entries = match fs::read_dir(path) {
-        Ok(entries) => entries,
-        Err(fault) if fault.kind() == io::ErrorKind::NotFound => return Ok(false),
-        Err(fault) => return Err(at("reading", path)(fault)),
-    };
-    for entry in entries {
-        let name = entry.map_err(at("reading", path))?.file_name();
-        // A service that did not start leaves its lock file.
+    match content_of(path) {
+        Ok(None) => Ok(true),
+        Ok(Some(found)) => Err(BackupFault::NotEmpty { path: path.to_owned(), found }),
+        Err(fault) if fault.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(fault) => Err(at("reading", path)(fault)),
+    }
+}
+
+/// The name of something in a directory, if it is not empty. The folder for repairs of a file system does not count,
+/// and a service that did not start leaves its lock file.
+///
+/// # Errors
+/// The directory cannot be read.
+pub fn content_of(directory: &Path) -> io::Result<Option<String>> {
+    for entry in fs::read_dir(directory)? {
+        let name = entry?.file_name();
         if name != FOR_REPAIRS && name != LOCK_FILE {
-            let found = name.to_string_lossy().into_owned();
-            return Err(BackupFault::NotEmpty { path: path.to_owned(), found });
+            return Ok(Some(name.to_string_lossy().into_owned()));
         }
     }
-    Ok(true)
+    Ok(None)
 }
 
 /// Rows, schema, named files and end of the audit log of a sound database.

@@ -58,6 +58,14 @@ impl CalibrationRequest {
             if length > max {
                 faults.push(|| Fault::new(pointer, format!("{length} characters are more than {max}")));
             }
+            let is_note = pointer == "/note";
+            let no_character = |letter: char| letter.is_control() && !(is_note && "\n\r\t".contains(letter));
+            if let Some(letter) =
+                text.as_deref().and_then(|text| text.chars().find(|letter| no_character(*letter)))
+            {
+                let detail = format!("{letter:?} is a control character; remove it");
+                faults.push(|| Fault::new(pointer, detail));
+            }
         }
         if let Some(temperature_c) = self.temperature_c {
             let [min, max] = TEMPERATURE_RANGE_C;

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::description::ToSchema;
+use crate::units::legible;
 
 /// One bad value and its location.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
@@ -75,10 +76,4 @@ impl FaultList {
     pub fn into_result(self) -> Result<(), Vec<Fault>> {
         if self.faults.is_empty() { Ok(()) } else { Err(self.faults) }
     }
-}
-
-/// A number in a form that people read: with an exponent if it has very many digits.
-fn legible(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || (1e-6..1e9).contains(&size) { value.to_string() } else { format!("{value:e}") }
 }

@@ -86,6 +86,21 @@ async fn the_log_is_read_by_time_and_as_a_table() {
         let refused = problem(app.get(&format!("/v1/audit?{query}")).await, "invalid-request").await;
         assert_eq!(pointers(&refused), [pointer]);
     }
+    let day =
+        |query: &str| query.replace('A', "2026-03-15T00:00:00Z").replace('B', "2026-03-14T23:59:59.999Z");
+    for (query, pointer) in [
+        ("/v1/audit?from=A&to=B", "/to"),
+        ("/v1/jobs?created_after=A&created_before=B", "/created_before"),
+        ("/v1/machines/a/calibrations?measured_from=A&measured_to=B", "/measured_to"),
+    ] {
+        let refused = problem(app.get(&day(query)).await, "invalid-request").await;
+        assert_eq!(pointers(&refused), [pointer]);
+        assert_eq!(
+            refused["errors"][0]["detail"],
+            "2026-03-14T23:59:59.999Z is before 2026-03-15T00:00:00.000Z, where the period begins"
+        );
+        assert_eq!(app.get(&day(&query.replace('B', "A"))).await.status(), 200, "{query}");
+    }
 
     let table =
         app.client.get(app.url("/v1/audit?limit=2")).header("accept", "text/csv").send().await.unwrap();

@@ -652,7 +652,14 @@ async fn runs_are_listed_compared_and_followed() {
 #[tokio::test]
 async fn bad_runs_are_refused_with_every_fault_and_nothing_is_stored() {
     let app = spawn().await;
-    let cases: [(Change, &[&str]); 14] = [
+    let cases: [(Change, &[&str]); 15] = [
+        (
+            |run| {
+                run["operator"] = "a\0b".into();
+                run["note"] = "two\r\n\tlines\u{7}".into();
+            },
+            &["/note", "/operator"],
+        ),
         (|run| run["measured_at"] = "2126-01-01T00:00:00Z".into(), &["/measured_at"]),
         (|run| run["measured_at"] = "yesterday".into(), &["/measured_at"]),
         (|run| run["tests"] = json!([]), &["/tests"]),

@@ -328,6 +328,19 @@ fn only_plain_files_are_replaced_and_each_result_has_its_own_place() {
         "{}",
         said(&done)
     );
+    std::fs::remove_file(&output).unwrap();
+    let allow = |mode| std::fs::set_permissions(&output, Permissions::from_mode(mode)).unwrap();
+    std::fs::write(&output, "mine").unwrap();
+    allow(0o440);
+    let done = bench.compensate(&given);
+    assert_eq!(done.status.code(), Some(2), "{}", said(&done));
+    assert!(said(&done).contains("is write-protected and is not replaced"), "{}", said(&done));
+    assert_eq!(std::fs::read_to_string(&output).unwrap(), "mine");
+    allow(0o640);
+    let done = bench.compensate(&given);
+    assert!(done.status.success(), "{}", said(&done));
+    assert_ne!(std::fs::read_to_string(&output).unwrap(), "mine");
+    assert_eq!(std::fs::metadata(&output).unwrap().permissions().mode() & 0o777, 0o640);
 }
 
 #[test]

@@ -112,7 +112,15 @@ async fn a_directory_that_is_in_use_is_refused_and_stays_as_it_is() {
     assert!(said(&used).contains("holds 1 rows in jobs; nothing was changed"), "{}", said(&used));
     assert!(said(&used).contains("--data-dir"), "{}", said(&used));
     assert_eq!(std::fs::read(data.join("trunnion.sqlite")).unwrap(), before);
+    let photos = folder.path().join("photos");
+    std::fs::create_dir(&photos).unwrap();
+    std::fs::write(photos.join("cat.jpg"), "").unwrap();
+    let foreign = trunnion(&photos, &["demo"]);
+    assert_eq!(foreign.status.code(), Some(2), "{}", said(&foreign));
+    assert!(said(&foreign).contains("holds \"cat.jpg\" and no database"), "{}", said(&foreign));
+    assert_eq!(std::fs::read_dir(&photos).unwrap().count(), 1);
     let fresh = folder.path().join("fresh");
+    std::fs::create_dir_all(fresh.join("lost+found")).unwrap();
     loaded(&fresh);
     let twice = trunnion(&fresh, &["demo"]);
     assert!(

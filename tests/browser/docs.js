@@ -40,10 +40,10 @@ const call = async (method, path, body, headers = {}) => {
 };
 
 const file = (name) => new Blob([readFileSync(join(examples, name))]);
-const job = async (request, name = "blade.nc") => {
+const job = async (request, name = "blade.nc", program = file(name)) => {
   const form = new FormData();
   form.append("job", JSON.stringify({ machine_id: "example-ac-table", ...request }));
-  form.append("program", file(name), name);
+  form.append("program", program, name);
   return (await call("POST", "/v1/jobs", form)).json.id;
 };
 const ended = async (id) => {
@@ -75,6 +75,11 @@ const operations = Object.entries(description.paths).flatMap(([path, item]) =>
 const example = (path, method) =>
   description.paths[path][method].requestBody.content["application/json"].example;
 const profilePath = "/v1/machines/{machine_id}";
+// A program of a million blocks.
+const lines = readFileSync(join(examples, "blade.nc"), "utf8").split("\n").map((line) => `${line.replace(/^N\d+ /, "")}\n`);
+const first = lines.findIndex((line) => line.startsWith("G94 G1"));
+const cuts = lines.filter((line) => line.startsWith("X")).join("");
+const long = new Blob([...lines.slice(0, first + 1), cuts.repeat(1e6 / cuts.split("\n").length), "M30\n%\n"]);
 const cc = { operation: "cc-compensation", parameters: { tool_radius_mm: 5, work_offset_mm: offset } };
 const compensated = await ended(await job({ ...cc, callback_url: `http://127.0.0.1:${receiverPort}/` }));
 await told(compensated);
@@ -104,9 +109,9 @@ const otherKey = (await call("POST", "/v1/keys", { name: "second", scopes: ["rea
 const jobIds = { get_job_changes: inOnePass, get_job_residuals: verified };
 const idOf = async (operation, path) => {
   if (operation === "cancel_job") {
-    // A job that waits behind others can still be cancelled.
+    // A job that waits behind long ones can still be cancelled.
     let last;
-    for (let count = 0; count < 40; count += 1) last = await job(cc);
+    for (let count = 0; count < 6; count += 1) last = await job(cc, "blade.nc", long);
     return last;
   }
   if (path.startsWith("/v1/jobs")) return jobIds[operation] ?? compensated;

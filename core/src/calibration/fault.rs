@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::units::UM_PER_MM;
+use crate::units::{UM_PER_MM, legible};
 
 /// One reason why a ball-bar run is not evaluated. Tests and readings are counted from 0; `test: None` is the
 /// spindle step.
@@ -10,8 +10,7 @@ use crate::units::UM_PER_MM;
 pub enum RunFault {
     /// The bar's length is not plausible.
     #[error(
-        "the bar's length {length_mm} mm is not between {min_mm} and {max_mm} mm; give the length of the bar at its start"
-    )]
+        "the bar's length {} mm is not between {min_mm} and {max_mm} mm; give the length of the bar at its start", legible(.length_mm))]
     BarLength {
         /// The length given \[mm\].
         length_mm: f64,
@@ -21,7 +20,7 @@ pub enum RunFault {
         max_mm: f64,
     },
     /// The tool's length is negative or not plausible.
-    #[error("the tool length {length_mm} mm is not between 0 and {max_mm} mm")]
+    #[error("the tool length {} mm is not between 0 and {max_mm} mm", legible(.length_mm))]
     ToolLength {
         /// The test.
         test: usize,
@@ -67,7 +66,7 @@ pub enum RunFault {
         axes: usize,
     },
     /// A ball too far away.
-    #[error("a ball coordinate of {value_mm} mm is not between -{max_mm} and {max_mm} mm")]
+    #[error("a ball coordinate of {} mm is not between -{max_mm} and {max_mm} mm", legible(.value_mm))]
     Ball {
         /// The test.
         test: usize,
@@ -104,8 +103,7 @@ pub enum RunFault {
     },
     /// An angle too large.
     #[error(
-        "an angle of {angle_deg} degrees is more than a thousand turns, the limit; give angles in degrees"
-    )]
+        "an angle of {} degrees is more than a thousand turns, the limit; give angles in degrees", legible(.angle_deg))]
     Angle {
         /// The test.
         test: Option<usize>,

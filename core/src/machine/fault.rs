@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::units::legible;
+
 /// A number-bearing field of one rotary axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AxisField {
@@ -55,7 +57,7 @@ pub enum MachineFault {
         letter: char,
     },
     /// NaN, infinite or too large.
-    #[error("{value:e} is not a finite number of magnitude at most {max_abs}")]
+    #[error("{} is not a finite number of magnitude at most {max_abs}", legible(.value))]
     Absurd {
         /// The field.
         field: ProfileField,

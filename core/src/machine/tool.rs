@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::units::Length;
+use crate::units::{Length, legible};
 
 /// A milling cutter by cutter radius R and corner radius r: ball `r = R`, flat `r = 0`, bull-nose between.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Tool {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ToolFault {
     /// The cutter radius is not positive or not plausible.
-    #[error("cutter radius {radius_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
+    #[error("cutter radius {} mm is not between {min_mm} mm and {max_mm} mm", legible(.radius_mm))]
     Radius {
         /// The radius asked for \[mm\].
         radius_mm: f64,
@@ -25,7 +25,7 @@ pub enum ToolFault {
         max_mm: f64,
     },
     /// The corner radius is negative or larger than the cutter radius.
-    #[error("corner radius {corner_radius_mm:e} mm is not between 0 and the cutter radius {radius_mm} mm")]
+    #[error("corner radius {} mm is not between 0 and the cutter radius {radius_mm} mm", legible(.corner_radius_mm))]
     CornerRadius {
         /// The corner radius asked for \[mm\].
         corner_radius_mm: f64,

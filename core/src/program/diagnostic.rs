@@ -4,6 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::units::legible;
+
 use super::Address;
 
 /// A few bytes of the program, for messages. A byte that is not printable ASCII is shown as `?`.
@@ -137,7 +139,7 @@ pub enum DiagnosticCode {
         max: u32,
     },
     /// A number that is too large for any machine.
-    #[error("{address} {value:e} is outside ±{max_abs:e}; correct the number")]
+    #[error("{address} {} is outside ±{max_abs:e}; correct the number", legible(.value))]
     TooLarge {
         /// Address of the word.
         address: Address,

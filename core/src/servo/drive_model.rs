@@ -4,6 +4,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use crate::units::legible;
+
 /// Address letter of a driven axis (ISO 841).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the letters say it")]
@@ -114,7 +116,7 @@ pub struct Drive {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum DriveFault {
     /// A constant outside its range.
-    #[error("{name} is {value:e}; it must be between {min:e} and {max:e}")]
+    #[error("{name} is {}; it must be between {} and {}", legible(.value), legible(.min), legible(.max))]
     OutOfRange {
         /// Name of the constant in the contract.
         name: &'static str,

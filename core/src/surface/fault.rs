@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::units::legible;
+
 /// The quantity of a surface that has a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SurfaceQuantity {
@@ -63,7 +65,7 @@ pub enum SurfaceFault {
         max_rad: f64,
     },
     /// A blade's edge thicker than the blade.
-    #[error("an edge of radius {radius_mm} mm is thicker than the blade; it must be at most {max_mm} mm")]
+    #[error("an edge of radius {} mm is thicker than the blade; it must be at most {max_mm} mm", legible(.radius_mm))]
     EdgeTooThick {
         /// The edge.
         quantity: SurfaceQuantity,
@@ -85,8 +87,7 @@ pub enum SurfaceFault {
     },
     /// The camber line is bent so much that the hollow side of the blade would fold.
     #[error(
-        "a camber line of radius {camber_radius_mm} mm folds the concave side; the radius must be at least {min_mm} mm"
-    )]
+        "a camber line of radius {} mm folds the concave side; the radius must be at least {min_mm} mm", legible(.camber_radius_mm))]
     CamberTooTight {
         /// Its radius \[mm\].
         camber_radius_mm: f64,

@@ -4,13 +4,13 @@ use thiserror::Error;
 
 use crate::geometry::trig;
 use crate::machine::Tool;
-use crate::units::{Angle, Length};
+use crate::units::{Angle, Length, legible};
 
 /// Why there is no effective radius.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum LeadFault {
     /// The cutter lies on its flat, or is inclined beyond its flank.
-    #[error("the lead angle of {lead_deg}° is not between {min_deg}° and {max_deg}°")]
+    #[error("the lead angle of {}° is not between {min_deg}° and {max_deg}°", legible(.lead_deg))]
     OutOfRange {
         /// The angle asked for \[deg\].
         lead_deg: f64,

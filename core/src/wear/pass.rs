@@ -7,7 +7,7 @@ use super::{
     smallest_tool_radius,
 };
 use crate::machine::Tool;
-use crate::units::{Angle, Length};
+use crate::units::{Angle, Length, legible};
 
 /// A cutter on a surface, inclined in the feed direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ pub enum PassFault {
     #[error(transparent)]
     Scallop(#[from] ScallopFault),
     /// The step-over is wider than the cutter, although its effective radius would allow it.
-    #[error("a step-over of {stepover_mm} mm is wider than the cutter; the limit is {diameter_mm} mm")]
+    #[error("a step-over of {} mm is wider than the cutter; the limit is {} mm", legible(.stepover_mm), legible(.diameter_mm))]
     WiderThanCutter {
         /// D \[mm\].
         stepover_mm: f64,

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::units::legible;
+
 /// The quantity of a scallop that has a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ScallopQuantity {
@@ -32,8 +34,7 @@ pub enum ScallopFault {
     },
     /// A concave surface narrower than the tool.
     #[error(
-        "a tool that cuts with a radius of {tool_radius_mm} mm gouges a concave surface of radius {surface_radius_mm} mm; the tool's radius must be at most {surface_radius_mm} mm"
-    )]
+        "a tool that cuts with a radius of {0} mm gouges a concave surface of radius {1} mm; the tool's radius must be at most {1} mm", legible(.tool_radius_mm), legible(.surface_radius_mm))]
     Gouge {
         /// r \[mm\].
         tool_radius_mm: f64,
@@ -42,8 +43,7 @@ pub enum ScallopFault {
     },
     /// Neighbouring passes leave a strip uncut between them (w > r).
     #[error(
-        "at a step-over of {stepover_mm} mm neighbouring passes do not meet; the limit is {max_stepover_mm} mm; reduce the step-over"
-    )]
+        "at a step-over of {} mm neighbouring passes do not meet; the limit is {} mm; reduce the step-over", legible(.stepover_mm), legible(.max_stepover_mm))]
     PassesDoNotMeet {
         /// D \[mm\].
         stepover_mm: f64,
@@ -52,8 +52,7 @@ pub enum ScallopFault {
     },
     /// A chord longer than the surface's diameter.
     #[error(
-        "a step-over of {stepover_mm} mm is longer than any chord of a surface of this radius; the limit is {max_stepover_mm} mm; reduce the step-over"
-    )]
+        "a step-over of {} mm is longer than any chord of a surface of this radius; the limit is {} mm; reduce the step-over", legible(.stepover_mm), legible(.max_stepover_mm))]
     NoChord {
         /// D \[mm\].
         stepover_mm: f64,

@@ -69,6 +69,9 @@ pub(super) fn check_places(
         let place = folder.join(name);
         match fs::symlink_metadata(&place) {
             Ok(found) if !found.is_file() => return Err(CommandFault::NoPlainFile(path.to_owned())),
+            Ok(found) if found.permissions().readonly() => {
+                return Err(CommandFault::WriteProtected(path.to_owned()));
+            }
             _ => {}
         }
         if taken.contains(&place) {
@@ -100,7 +103,8 @@ fn moved_or_copied(result: &Path, file: &mut NamedTempFile) -> io::Result<()> {
     io::copy(&mut File::open(result)?, file.as_file_mut()).map(drop)
 }
 
-/// Writes a file completely or not at all: first to a temporary file beside it, then to its name.
+/// Writes a file completely or not at all: first to a temporary file beside it, then to its name. A file that is
+/// replaced hands on its permissions.
 fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut NamedTempFile) -> io::Result<()>,
@@ -113,6 +117,9 @@ fn write_whole(
         .tempfile_in(folder)
         .map_err(at("making a file beside", path))?;
     write(&mut file).map_err(at("writing", path))?;
+    if let Ok(replaced) = fs::metadata(path) {
+        file.as_file().set_permissions(replaced.permissions()).map_err(at("writing", path))?;
+    }
     file.as_file().sync_all().map_err(at("synchronising", path))?;
     file.persist(path).map_err(|fault| at("writing", path)(fault.error))?;
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(at("synchronising", folder))

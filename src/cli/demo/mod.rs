@@ -7,6 +7,7 @@ mod content;
 mod measured_runs;
 
 use std::fmt::Write;
+use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,7 +22,7 @@ use super::settings::say;
 use super::{CommandFault, StartFault};
 use crate::config::Settings;
 use crate::jobs::{Cost, CutterContactCompensator, IssueFault, Sources};
-use crate::store::{DATABASE_NAME, DatabaseFile, StoreError};
+use crate::store::{DATABASE_NAME, DatabaseFile, StoreError, content_of};
 
 /// Why the example was not loaded.
 #[derive(Debug, Error)]
@@ -38,6 +39,25 @@ pub enum DemoFault {
         table: &'static str,
         /// The number of its rows.
         count: u64,
+    },
+    /// The directory is no data directory, and has files of somebody else.
+    #[error(
+        "the directory {} holds {found:?} and no database of this service; nothing was changed. Name an empty or new \
+         directory: trunnion demo --data-dir ./demo", path.display()
+    )]
+    Foreign {
+        /// The directory.
+        path: PathBuf,
+        /// Something in it.
+        found: String,
+    },
+    /// The directory cannot be read.
+    #[error("the directory {} cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The directory.
+        path: PathBuf,
+        /// The fault.
+        source: io::Error,
     },
     /// The database cannot be used.
     #[error("the database cannot be used: {0}")]
@@ -114,7 +134,13 @@ pub(super) fn run(settings: Settings) -> Result<(), StartFault> {
 async fn is_unused(data_dir: &Path) -> Result<(), DemoFault> {
     let database = data_dir.join(DATABASE_NAME);
     if !database.is_file() {
-        return Ok(());
+        let path = data_dir.to_owned();
+        return match content_of(data_dir) {
+            Ok(None) => Ok(()),
+            Ok(Some(found)) => Err(DemoFault::Foreign { path, found }),
+            Err(fault) if fault.kind() == io::ErrorKind::NotFound => Ok(()),
+            Err(source) => Err(DemoFault::Unreadable { path, source }),
+        };
     }
     let mut file = DatabaseFile::open(&database).await?;
     let rows = file.row_counts().await;

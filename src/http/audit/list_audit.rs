@@ -12,7 +12,7 @@ use crate::http::negotiate::choose;
 use crate::http::paging::{CSV, Listed, PageQuery, table_page};
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::time_bound;
+use crate::jobs::period;
 use crate::store::AuditFilter;
 use crate::wire::{AuditAction, FaultList, audit_table};
 
@@ -70,10 +70,7 @@ pub(super) async fn list_audit_entries(
     let kind = choose(&headers, &["application/json", CSV])?;
     let AuditQuery { limit, cursor, machine_id, key_id, action, from, to } = query;
     let mut faults = FaultList::default();
-    let mut bound = |pointer, text: Option<String>| {
-        text.and_then(|text| time_bound(pointer, &text).map_err(|fault| faults.push(|| fault)).ok())
-    };
-    let (from, to) = (bound("/from", from), bound("/to", to));
+    let (from, to) = period(["/from", "/to"], from.as_deref(), to.as_deref(), &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;
     let (limit, before) = PageQuery::new(limit, cursor).read()?;
     let filter = AuditFilter { machine_id, key_id, action, from, to };

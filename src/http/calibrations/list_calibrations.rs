@@ -13,9 +13,9 @@ use crate::http::negotiate::choose;
 use crate::http::paging::{CSV, Listed, PageQuery, table_page};
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::time_bound;
+use crate::jobs::period;
 use crate::store::CalibrationFilter;
-use crate::wire::{CalibrationKind, Fault, calibration_table};
+use crate::wire::{CalibrationKind, Fault, FaultList, calibration_table};
 
 refusals!(Refusals: MalformedRequest, MachineNotFound, NotAcceptable, InvalidRequest);
 
@@ -43,12 +43,9 @@ pub(super) fn bounds(
     from: Option<&str>,
     to: Option<&str>,
 ) -> Result<(Option<String>, Option<String>), Vec<Fault>> {
-    let mut faults = Vec::new();
-    let mut bound = |name: &str, text: Option<&str>| {
-        text.and_then(|text| time_bound(name, text).map_err(|fault| faults.push(fault)).ok())
-    };
-    let bounds = (bound("/measured_from", from), bound("/measured_to", to));
-    if faults.is_empty() { Ok(bounds) } else { Err(faults) }
+    let mut faults = FaultList::default();
+    let bounds = period(["/measured_from", "/measured_to"], from, to, &mut faults);
+    faults.into_result().map(|()| bounds)
 }
 
 /// List calibration runs

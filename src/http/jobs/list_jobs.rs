@@ -13,7 +13,7 @@ use crate::http::negotiate::choose;
 use crate::http::paging::{Listed, PageQuery};
 use crate::http::problem::{Problem, ProblemType};
 use crate::http::refusals::refusals;
-use crate::jobs::time_bound;
+use crate::jobs::period;
 use crate::store::JobFilter;
 use crate::wire::{Fault, FaultList, JobDocument, JobOperation, JobState};
 
@@ -107,11 +107,9 @@ pub(super) async fn list_jobs(
         output_sha256,
     } = query;
     let mut faults = FaultList::default();
-    let mut bound = |pointer, text: Option<String>| {
-        text.and_then(|text| time_bound(pointer, &text).map_err(|fault| faults.push(|| fault)).ok())
-    };
-    let created_after = bound("/created_after", created_after);
-    let created_before = bound("/created_before", created_before);
+    let pointers = ["/created_after", "/created_before"];
+    let (created_after, created_before) =
+        period(pointers, created_after.as_deref(), created_before.as_deref(), &mut faults);
     let input_sha256 = digest("/input_sha256", input_sha256, &mut faults);
     let output_sha256 = digest("/output_sha256", output_sha256, &mut faults);
     faults.into_result().map_err(|faults| Problem::invalid(ProblemType::InvalidRequest, faults))?;

@@ -8,7 +8,7 @@ use super::text::{MM_DECIMALS, in_comment, microradians, millimetres, rounded, s
 use crate::calibration::CommonPerpendicular;
 use crate::geometry::{Screw, angle_between, shortest_turn_rad};
 use crate::machine::{Machine, RotaryLetter, Side};
-use crate::units::UM_PER_MM;
+use crate::units::{UM_PER_MM, legible};
 
 /// One reason why no module of `LinuxCNC` moves like this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -76,7 +76,7 @@ pub enum LinuxCncFault {
         max_mm: f64,
     },
     /// A radius out of range.
-    #[error("the radius of {radius_mm} mm must be above 0 and at most {max_mm} mm")]
+    #[error("the radius of {} mm must be above 0 and at most {max_mm} mm", legible(.radius_mm))]
     Radius {
         /// The radius given \[mm\].
         radius_mm: f64,

@@ -8,6 +8,8 @@ use crate::motion::{Unfollowable, WorkOffset};
 use crate::wear::ShiftFault;
 use thiserror::Error;
 
+use crate::units::legible;
+
 /// What the caller has to state before a motion can be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum Unstated {
@@ -93,8 +95,7 @@ pub enum LineFaultKind {
     NoInverseTime,
     /// A part needs a feed that is too small to be written.
     #[error(
-        "a part of the block needs F {feed:e}, but the smallest F that can be written is {min:e}: raise the feed"
-    )]
+        "a part of the block needs F {}, but the smallest F that can be written is {}: raise the feed", legible(.feed), legible(.min))]
     FeedTooSmall {
         /// F of the part.
         feed: f64,

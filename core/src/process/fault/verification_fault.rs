@@ -3,6 +3,8 @@
 use crate::contact::CutterBodyFault;
 use thiserror::Error;
 
+use crate::units::legible;
+
 /// A length given in a verification request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum VerificationQuantity {
@@ -21,7 +23,7 @@ pub enum VerificationFault {
     #[error(transparent)]
     CutterBody(#[from] CutterBodyFault),
     /// A length outside its range.
-    #[error("{length_mm:e} mm is not between {min_mm} mm and {max_mm} mm")]
+    #[error("{} mm is not between {min_mm} mm and {max_mm} mm", legible(.length_mm))]
     OutOfRange {
         /// The quantity.
         quantity: VerificationQuantity,
