@@ -54,6 +54,7 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("stamp", &["dialect"]),
             ("batch", &["dialect"]),
             ("fault", &["dialect"]),
+            ("flow", &["dialect", "constants"]),
             ("reader", &["dialect"]),
         ],
     ),

@@ -11,6 +11,7 @@ mod linuxcnc;
 mod one_pass;
 mod posting;
 mod program;
+mod reach;
 mod rotary_sphere;
 #[path = "../models/set_ups.rs"]
 #[expect(dead_code, unreachable_pub, reason = "each binary uses its own part")]

@@ -18,7 +18,8 @@ use trunnion::motion::{
     WorkOffsets,
 };
 use trunnion::process::{
-    CcParameters, ContactSource, Fault, ListedTool, ProgramSetup, ToolTable, compensate,
+    CcParameters, ContactSource, Fault, Interpreted, ListedTool, ProgramSetup, ToolTable, compensate,
+    interpret_program,
 };
 use trunnion::program::{
     Batch, Block, BlockKind, Diagnostics, Dialect, ReadLimits, Reader, Severity, Word, WordForm,
@@ -515,4 +516,42 @@ fn every_program_is_compensated_or_refused_by_line_and_never_miswritten() {
     }
     println!("{written} written, {refused} refused");
     assert!(written >= 16, "{written}");
+}
+
+/// The program states the turn of every face by AROT, and the rotary axes by B and C. So both have to agree: under a
+/// turn, a motion of Z alone runs along the tool.
+#[test]
+fn plunges_in_turned_frames_run_along_the_tool() {
+    let Some(folder) = shared_file("programs") else { return };
+    let text = fs::read_to_string(folder.join(PROGRAMS[1])).unwrap();
+    let machine = tables([RotaryLetter::B, RotaryLetter::C], false);
+    let mut motions = Vec::new();
+    let mut take = |told: &Interpreted| {
+        if let Interpreted::Motion(motion) = told {
+            motions.push(*motion);
+        }
+        Ok(())
+    };
+    let source = text.clone().into_bytes();
+    let program = ProgramSetup { dialect: Some(Dialect::Siemens), ..at_zero() };
+    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let turned_from = lines.iter().position(|line| line.contains("AROT")).unwrap() as u64;
+    let mut plunges = 0;
+    for pair in motions.windows(2) {
+        let [before, after] = pair else { continue };
+        let (Some(from), Some(to), Some(axis)) = (before.tip_mm, after.tip_mm, after.axis) else { continue };
+        let block = lines[usize::try_from(after.line).unwrap() - 1];
+        let is_plunge = block.contains('Z') && !block.contains(['X', 'Y']);
+        if after.line != before.line + 1 || after.line < turned_from || !is_plunge {
+            continue;
+        }
+        let path: [f64; 3] = std::array::from_fn(|k| to[k] - from[k]);
+        let length = path.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let along = path.iter().zip(axis).map(|(part, axis)| part * axis).sum::<f64>().abs();
+        assert!((length - along).abs() < 1e-9, "line {}: {path:?} along {axis:?}", after.line);
+        plunges += 1;
+    }
+    println!("{plunges} plunges run along the tool");
+    assert!(plunges > 100, "{plunges}");
 }

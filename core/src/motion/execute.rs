@@ -2,12 +2,12 @@
 
 use super::block_words::AXES;
 use super::interpreter::{Interpreter, at_bytes};
-use super::meaning::{MFunction, Meaning};
+use super::meaning::{MFunction, Meaning, Statement};
 use super::modal::ModalFeed;
 use super::travel::CONTACT;
 use super::{ContactWords, FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{
-    Address, Batch, Block, BlockFlags, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
+    Address, Batch, Block, BlockFlags, Code, DiagnosticCode, Diagnostics, Excerpt, Word, WordForm,
 };
 
 /// The action of a block on its axis words, besides moving.
@@ -39,6 +39,9 @@ impl Interpreter {
         motions: &mut Vec<Motion>,
         diagnostics: &mut Diagnostics,
     ) {
+        if self.stops_at_flow && self.changes_course() && self.stops(index) {
+            return;
+        }
         if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
             self.shift_offsets();
         }
@@ -87,6 +90,17 @@ impl Interpreter {
         if ends {
             self.end(block.line);
         }
+    }
+
+    /// Whether the block calls text by an M code, or calls a label.
+    fn changes_course(&self) -> bool {
+        let calls = |code: &Code| {
+            matches!(
+                self.rules.meaning(*code),
+                Meaning::Statement(Statement::CallLabel | Statement::RepeatLabel)
+            )
+        };
+        self.block.has_m(self.rules, MFunction::Call) || self.block.g_codes().iter().any(calls)
     }
 
     #[expect(clippy::too_many_arguments, reason = "the state of one block, used here only")]

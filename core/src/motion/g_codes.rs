@@ -43,8 +43,11 @@ impl Interpreter {
             match meaning {
                 Meaning::Motion(mode) => {
                     motion_codes += u32::from(motion_codes == 0 || self.modal.motion != Some(mode));
+                    self.this_block.begins_cycle |=
+                        mode == MotionMode::Cycle && self.modal.motion != Some(MotionMode::Cycle);
                     self.modal.motion = Some(mode);
                 }
+                Meaning::CycleRetract(retract) => self.modal.cycle.retract = Some(retract),
                 Meaning::MotionWithAxes(MotionMode::Spline) if axis_words != 0 => {
                     self.modal.motion = Some(MotionMode::Spline);
                 }

@@ -34,6 +34,9 @@ pub struct InterpreterOptions {
     pub start: [Option<f64>; 5],
     /// The positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
+    /// The program is followed as it runs: the interpreter stops at a loop, a jump or a call, and
+    /// [`Interpreter::stopped_at`] says where. Without this, the text is followed in its own order.
+    pub as_it_runs: bool,
 }
 
 impl InterpreterOptions {
@@ -84,6 +87,12 @@ pub struct Interpreter {
     pub(super) tools: ToolsNamed,
     /// This control runs along to find what a section sets in every case: see `sections`.
     pub(super) is_stranger: bool,
+    /// It stops at the next block that changes the course of the program.
+    pub(super) stops_at_flow: bool,
+    /// The block of the batch at which it stopped.
+    stopped_at: Option<usize>,
+    /// One after the last block of the batch to be interpreted.
+    batch_end: usize,
 }
 
 impl Interpreter {
@@ -91,6 +100,9 @@ impl Interpreter {
     #[must_use]
     pub fn new(machine: &Machine, options: InterpreterOptions) -> Self {
         Self {
+            stops_at_flow: options.as_it_runs,
+            stopped_at: None,
+            batch_end: 0,
             options,
             modal: Modal::START,
             position: Position::UNKNOWN,
@@ -131,12 +143,43 @@ impl Interpreter {
         diagnostics: &mut Diagnostics,
         mut see: impl FnMut(&[Motion], [Option<f64>; 5]),
     ) {
+        self.interpret_from(0, batch, motions, diagnostics, &mut see);
+    }
+
+    /// The block of the last batch at which the interpreter stopped, because the block changes the course of the
+    /// program. This block and the ones after it are not interpreted.
+    #[must_use]
+    pub fn stopped_at(&self) -> Option<usize> {
+        self.stopped_at
+    }
+
+    /// From here on the batches come in the order in which the program runs, so that nothing stops the interpreter any
+    /// more.
+    pub fn run_on(&mut self) {
+        (self.stops_at_flow, self.stopped_at) = (false, None);
+    }
+
+    /// [`Self::interpret_each`] for the rest of a batch, after [`Self::run_on`]. Blocks before `first` were interpreted.
+    pub fn interpret_from(
+        &mut self,
+        first: usize,
+        batch: &mut Batch,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+        mut see: impl FnMut(&[Motion], [Option<f64>; 5]),
+    ) {
         if self.constants.is_none() {
             self.rules = MotionRules::of(batch.dialect());
+            self.stops_at_flow &= batch.dialect().rules().follows_flow();
             self.begin_dialect();
         }
-        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
-        for index in 0..batch.blocks().len() {
+        let constants = self.constants.get_or_insert_with(|| Constants::new(batch.dialect()));
+        if first == 0 {
+            constants.evaluate(batch);
+        }
+        self.batch_end = batch.blocks().len();
+        let mut index = first;
+        while index < self.batch_end {
             let Some(block) = batch.blocks().get(index).copied() else { break };
             if self.rules.takes_ijk_as_vector
                 && !self.course.has_ended()
@@ -144,7 +187,8 @@ impl Interpreter {
             {
                 batch.name_tool_axis(&block);
             }
-            let (batch, block) = (&*batch, &block);
+            let (batch, block, at) = (&*batch, &block, index);
+            index += 1;
             if self.course.has_ended() {
                 let ends_again =
                     || batch.words(block).iter().any(|word| word.keyword() == Some(Keyword::EndPgm));
@@ -152,10 +196,19 @@ impl Interpreter {
                 self.course.pass_behind_end(is_text);
                 continue;
             }
-            self.run_along(batch, index, block);
-            self.interpret_block(batch, index, block, motions, diagnostics);
+            self.run_along(batch, at, block);
+            self.interpret_block(batch, at, block, motions, diagnostics);
             see(motions, self.position.axes);
         }
+    }
+
+    /// Stops at this block, if it may.
+    pub(super) fn stops(&mut self, index: usize) -> bool {
+        if self.stops_at_flow {
+            self.stopped_at = Some(index);
+            self.batch_end = 0;
+        }
+        self.stops_at_flow
     }
 
     /// One block of a program that has not ended.
@@ -179,6 +232,7 @@ impl Interpreter {
             | BlockKind::Banner
             | BlockKind::Header => {}
             BlockKind::Assignment => self.assign(block),
+            BlockKind::Call | BlockKind::Flow if self.stops(index) => {}
             BlockKind::Call => {
                 self.course.note_block();
                 let text = excerpt(batch, block);

@@ -1,6 +1,7 @@
 //! The meanings of codes and statement words for motions. The tables in `dialect` state the meaning of each code.
 
 use super::FeedMode;
+use super::cycle::Retract;
 use super::modal::{MotionMode, ToolLength, Transformation};
 use super::work_offset::OffsetCode;
 
@@ -113,6 +114,8 @@ pub(super) enum Meaning {
     MotionWithAxes(MotionMode),
     /// Cancels a canned cycle.
     EndCycle,
+    /// G98, G99: the level to which canned cycles retract.
+    CycleRetract(Retract),
     Plane(u8),
     Incremental(bool),
     Units(f64),

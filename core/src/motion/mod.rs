@@ -14,7 +14,9 @@ mod contact_word_tests;
 #[path = "conversational/tests.rs"]
 mod conversational_tests;
 mod course;
+mod cycle;
 mod dialect;
+mod drilling;
 mod execute;
 mod feed;
 mod feed_rules;
@@ -52,6 +54,7 @@ mod tests;
 mod tool_axis;
 mod tool_length;
 mod travel;
+mod turn;
 mod unfollowable;
 mod unit;
 mod words;

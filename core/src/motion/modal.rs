@@ -1,6 +1,8 @@
 //! The modal state of a control. `None` is an unknown value.
 
+use super::cycle::Cycle;
 use super::sections::behind;
+use super::turn::Turn;
 use super::{FeedMode, ModalGroup, Spindle, Unfollowable, WorkOffset};
 
 /// The motion group.
@@ -103,6 +105,8 @@ pub(super) struct Modal {
     pub(super) shifts: u32,
     /// The offset that TRANS and ATRANS add to the words X Y Z \[mm\].
     pub(super) program_offset_mm: Option<[f64; 3]>,
+    /// The turn of the programmable frame, if ROT and AROT have turned it by known angles and its motions are followed.
+    pub(super) turn: Option<Turn>,
     /// The D number of the tool's edge, if it decides the tool's length.
     pub(super) edge: Option<f64>,
     /// The H number of the tool's length in ISO programs.
@@ -126,6 +130,8 @@ pub(super) struct Modal {
     pub(super) is_lost: bool,
     /// How the next point of a cutter location program is reached.
     pub(super) next_motion: Option<MotionMode>,
+    /// The canned cycle under way.
+    pub(super) cycle: Cycle,
     /// The program's points are points of a cycle.
     pub(super) in_cycle: bool,
     /// MULTAX/ON: a tool axis that is left out does not change.
@@ -154,6 +160,7 @@ impl Modal {
         shifts: 0,
         is_lost: false,
         program_offset_mm: Some([0.0; 3]),
+        turn: None,
         edge: None,
         length_number: None,
         rounds_corners: false,
@@ -165,6 +172,7 @@ impl Modal {
         shortest_path: false,
         rotary_feed_in_mm: false,
         next_motion: None,
+        cycle: Cycle::NONE,
         in_cycle: false,
         multax: false,
         axis_stated: false,
@@ -188,6 +196,8 @@ impl Modal {
         self.edge = None;
         self.length_number = None;
         self.feed = ModalFeed::Unknown;
+        self.cycle = Cycle::NONE;
+        self.turn = None;
     }
 
     /// Forgets what a call in a conversational program may change. Units, the sense of words and feeds are those of
@@ -245,6 +255,9 @@ impl Modal {
                     program.map(|state| state.transformations[i]),
                     stranger.map(|state| state.transformations[i]),
                 )),
+                // Sections are not passed while a program is followed as it runs, and only then are these followed.
+                cycle: Cycle::NONE,
+                turn: None,
                 // Every shift counts: after a second call the offset has changed once more.
                 shifts: self.shifts.saturating_add(stranger[1].shifts.saturating_sub(stranger[0].shifts)) }
             };
@@ -307,6 +320,7 @@ impl Modal {
             // A shift that may have happened counts as a shift.
             shifts: self.shifts,
             program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
+            turn: same(self.turn, skipped.turn),
             edge: same(self.edge, skipped.edge),
             length_number: same(self.length_number, skipped.length_number),
             rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,
@@ -318,8 +332,16 @@ impl Modal {
             feed: if self.feed == skipped.feed { self.feed } else { ModalFeed::Unknown },
             datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
             shortest_path: self.shortest_path || skipped.shortest_path,
+            cycle: self.cycle.common(skipped.cycle),
             ..*self
         }
+    }
+
+    /// Why no motion can be followed in this state besides the turn of its frame.
+    pub(super) fn obstacle_beside_turn(&self) -> Option<Unfollowable> {
+        let mut straight = *self;
+        straight.transformations[Transformation::Rotation as usize] = Some(false);
+        straight.obstacle()
     }
 
     /// Why no motion can be followed in this state, whatever the motion.

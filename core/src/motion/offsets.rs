@@ -5,6 +5,7 @@ use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::Transformation;
+use super::turn::Turn;
 use super::work_offset::OffsetCode;
 use crate::program::Address;
 
@@ -126,6 +127,17 @@ impl Interpreter {
     }
 
     pub(super) fn set_transformation(&mut self, which: Transformation, on: Option<bool>) {
+        if which == Transformation::Rotation
+            && let Some(turn) = self.modal.turn.take()
+            && on == Some(false)
+        {
+            // The rotary axes keep their positions under a turn that is followed.
+            if turn != Turn::NONE {
+                self.position.forget_linear();
+            }
+            self.modal.transformations[Transformation::Rotation as usize] = on;
+            return;
+        }
         if let Some(state) = self.modal.transformations.get_mut(which as usize)
             && *state != on
         {

@@ -4,6 +4,7 @@ use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::ProgramFrame;
 use super::modal::Transformation;
+use super::turn::Turn;
 use crate::program::{Address, Code, Keyword};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
@@ -51,32 +52,57 @@ impl Interpreter {
         }
         match frame {
             ProgramFrame::Offset => self.add_offset(),
-            ProgramFrame::Rotation => self.transform(Transformation::Rotation, true),
+            ProgramFrame::Rotation => self.turn_frame(has_angle),
             ProgramFrame::Scaling => self.transform(Transformation::Scaling, true),
             ProgramFrame::Mirror => self.transform(Transformation::Mirror, true),
+        }
+    }
+
+    /// ROT and AROT with the words of the block. A turn about one axis is followed if the program is followed as it
+    /// runs. The order of several turns in one block depends on a setting of the control.
+    fn turn_frame(&mut self, by_plane: bool) {
+        let is_turned =
+            self.modal.transformations.get(Transformation::Rotation as usize) != Some(&Some(false));
+        let before = if is_turned { self.modal.turn } else { Some(Turn::NONE) };
+        let stated = self.block.present & AXES;
+        let mut axes = LINEAR.into_iter().enumerate().filter(|(_, address)| stated == address.bit());
+        let about = axes.next().and_then(|(axis, address)| Some((axis, self.block.value(address)?)));
+        let turn = before.zip(about).map(|(turn, (axis, angle_deg))| turn.then_about(axis, angle_deg));
+        if let Some(turn) = turn.filter(|_| self.options.as_it_runs && !by_plane) {
+            self.position.forget_linear();
+            self.modal.transformations[Transformation::Rotation as usize] = Some(true);
+            self.modal.turn = Some(turn);
+        } else {
+            self.position.forget_axes();
+            self.transform(Transformation::Rotation, true);
         }
     }
 
     /// ATRANS with the words of the block. After a rotation, a scale or a mirror the offset counts along the changed
     /// axes. It is not known then.
     fn add_offset(&mut self) {
-        let is_straight =
-            FRAMES.iter().all(|&which| self.modal.transformations.get(which as usize) == Some(&Some(false)));
+        let is_off = |which: Transformation| {
+            let is_followed = which == Transformation::Rotation && self.modal.turn.is_some();
+            is_followed || self.modal.transformations.get(which as usize) == Some(&Some(false))
+        };
+        let is_straight = FRAMES.into_iter().all(is_off);
         let turns = self.block.present & ROTARY != 0;
-        let mut offset = self.modal.program_offset_mm.filter(|_| is_straight && !turns);
-        for (slot, address) in LINEAR.into_iter().enumerate() {
-            if !self.block.has(address) {
-                continue;
-            }
-            let added = self.block.value(address).zip(self.modal.mm_per_unit);
-            offset = offset.zip(added).map(|(mut offset, (value, scale))| {
-                if let Some(offset) = offset.get_mut(slot) {
-                    *offset += value * scale;
-                }
-                offset
+        let offset = self.modal.program_offset_mm.filter(|_| is_straight && !turns);
+        let mut added = Some([0.0; 3]);
+        for (slot, address) in LINEAR.into_iter().enumerate().filter(|(_, address)| self.block.has(*address))
+        {
+            let value = self.block.value(address).zip(self.modal.mm_per_unit);
+            added = added.zip(value).map(|(mut added, (value, scale))| {
+                added[slot] = value * scale;
+                added
             });
         }
-        self.offset_by(offset);
+        if let Some(turn) = self.modal.turn {
+            self.position.forget_linear();
+            added = added.map(|added| turn.of(added));
+        }
+        let sum = offset.zip(added).map(|(offset, added)| std::array::from_fn(|k| offset[k] + added[k]));
+        self.offset_by(sum);
     }
 
     /// Sets another programmable offset. A setting of the control decides whether the axes keep their machine

@@ -47,6 +47,8 @@ pub(super) struct ThisBlock {
     pub(super) forgets_linear: bool,
     /// Axes move that the block does not name.
     pub(super) moves_elsewhere: bool,
+    /// A series of canned cycles begins.
+    pub(super) begins_cycle: bool,
     /// G9: the machine stops at the block's end.
     pub(super) exact_stop: bool,
 }
@@ -150,8 +152,13 @@ impl Interpreter {
             }
             Statement::TcpOther => self.lose_tool_length(),
             Statement::Tcp(on) => self.set_tcp(on),
+            // Sections of a program that is followed as it runs are entered where they are called.
+            Statement::Label | Statement::LabelEnd if self.options.as_it_runs => {}
             Statement::Label => self.pass_label(),
             Statement::LabelEnd => self.end_section(),
+            Statement::CallLabel | Statement::RepeatLabel if self.options.as_it_runs => {
+                return Some(Action::Call);
+            }
             Statement::CallLabel => return self.call_label(false),
             Statement::RepeatLabel => return self.call_label(true),
             Statement::CycleCall => {

@@ -44,6 +44,9 @@ impl Interpreter {
             return;
         }
         if present & (AXES | VECTORS) == 0 && !is_arc {
+            if self.modal.motion == Some(MotionMode::Cycle) {
+                self.doubt_cycle();
+            }
             self.take_other_words();
             return;
         }
@@ -52,7 +55,7 @@ impl Interpreter {
             Some(MotionMode::Linear) => MotionKind::Linear,
             Some(MotionMode::Arc) => MotionKind::Arc,
             None => return self.move_unseen(index, block, mode_unknown(ModalGroup::Motion), motions),
-            Some(MotionMode::Cycle) => return self.run_cycle(index, block, motions),
+            Some(MotionMode::Cycle) => return self.run_cycle(index, block, reason, motions),
             Some(MotionMode::Spline) => return self.move_unseen(index, block, Unfollowable::Spline, motions),
             Some(MotionMode::Thread) => {
                 return self.move_unseen(index, block, Unfollowable::SpecialMotion, motions);
@@ -88,14 +91,15 @@ impl Interpreter {
             motion.tool_axis = self.position.tool_axis();
             motion.vector_start = vector_start;
         }
-        if !counts_elsewhere {
+        let is_turned = !in_program_axes && !counts_elsewhere && self.turn_ends(&mut motion, start);
+        if !counts_elsewhere && !is_turned {
             motion.contact = self.contact();
         }
         motion.extra = extra;
         // The machine's words for a vector can be found later, but nothing else can.
         let vector = Some(Unfollowable::ToolVector);
-        motion.unfollowable =
-            reason.or(self.obstacle().filter(|_| self.obstacle() != vector)).or(word_reason);
+        let obstacle = if is_turned { None } else { self.obstacle() };
+        motion.unfollowable = reason.or(obstacle.filter(|_| obstacle != vector)).or(word_reason);
         if motion.unfollowable.is_none() {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
             if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {
@@ -110,9 +114,25 @@ impl Interpreter {
         if motion.unfollowable.is_none() && motion.end.is_none() && motion.tool_axis.is_some() {
             motion.unfollowable = vector;
         }
-        motion.unfollowable = motion.unfollowable.or(self.obstacle());
+        motion.unfollowable = motion.unfollowable.or(obstacle);
         self.note_offset(&mut motion);
         motions.push(motion);
+    }
+
+    /// Gives a straight motion in a turned frame its ends in the work offset. Returns whether it is followed.
+    #[cold]
+    fn turn_ends(&self, motion: &mut Motion, start: Option<AxisWords>) -> bool {
+        let Some((turn, end_mm)) = self.modal.turn.zip(self.position.linear_mm()) else { return false };
+        let is_straight = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear);
+        let has_directions = self.block.present & (VECTORS | CONTACTS) != 0;
+        if !is_straight || has_directions || self.modal.obstacle_beside_turn().is_some() {
+            return false;
+        }
+        let turned = |words: AxisWords| AxisWords { linear_mm: turn.of(words.linear_mm), ..words };
+        motion.start = start.map(turned);
+        motion.end = self.position.axis_words().map(turned);
+        motion.linear_end_mm = Some(turn.of(end_mm));
+        true
     }
 
     /// The reason against following the block that lies in its words.
@@ -290,7 +310,16 @@ impl Interpreter {
     }
 
     /// A block in cycle mode: the plane's axes end where the words say, the others somewhere else.
-    fn run_cycle(&mut self, index: usize, block: &Block, motions: &mut Vec<Motion>) {
+    fn run_cycle(
+        &mut self,
+        index: usize,
+        block: &Block,
+        reason: Option<Unfollowable>,
+        motions: &mut Vec<Motion>,
+    ) {
+        if self.follow_cycle(index, block, reason, motions) {
+            return;
+        }
         self.opaque(index, block, Unfollowable::CannedCycle, motions);
         let certain = self.modal.incremental == Some(false) && self.block.present & L == 0;
         self.take_axis_words();

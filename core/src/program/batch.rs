@@ -285,6 +285,8 @@ pub struct Batch {
     pub(super) offset: u64,
     pub(super) dialect: Dialect,
     pub(super) habits: Habits,
+    /// Its expressions have the values that they have at this place of the program's course.
+    pub(super) is_evaluated: bool,
 }
 
 impl Default for Batch {
@@ -299,6 +301,7 @@ impl Default for Batch {
             offset: 0,
             dialect: Dialect::Iso,
             habits: Habits::default(),
+            is_evaluated: false,
         }
     }
 }
@@ -433,5 +436,39 @@ impl Batch {
         self.blocks.clear();
         self.words.clear();
         self.faults.clear();
+        self.is_evaluated = false;
+    }
+
+    /// Removes the blocks from this index on.
+    pub(crate) fn end_before(&mut self, block: usize) {
+        self.blocks.truncate(block);
+    }
+
+    /// Makes `copy` a batch of the blocks from `first` to `last` (excluded) of this one.
+    pub(super) fn copy_blocks(&self, first: usize, last: usize, copy: &mut Self) {
+        copy.clear();
+        let blocks = self.blocks.get(first..last).unwrap_or_default();
+        let (Some(begin), Some(end)) = (blocks.first(), blocks.last()) else { return };
+        let (text, words) = (begin.start, begin.words_start.min(end.words_end));
+        copy.text.extend_from_slice(self.blocks_text(first, last));
+        let taken = self.words.get(words as usize..end.words_end as usize).unwrap_or_default();
+        copy.words.extend(taken.iter().map(|word| Word {
+            start: word.start.saturating_sub(text),
+            end: word.end.saturating_sub(text),
+            ..*word
+        }));
+        copy.blocks.extend(blocks.iter().map(|block| Block {
+            start: block.start - text,
+            body_end: block.body_end - text,
+            end: block.end - text,
+            words_start: block.words_start.saturating_sub(words),
+            words_end: block.words_end.saturating_sub(words),
+            ..*block
+        }));
+        let lines = begin.line..=end.line;
+        copy.faults.extend(self.faults.iter().filter(|fault| lines.contains(&fault.line)).copied());
+        copy.offset = self.offset + u64::from(text);
+        (copy.dialect, copy.separator, copy.habits) = (self.dialect, self.separator, self.habits);
+        copy.columns.clone_from(&self.columns);
     }
 }

@@ -180,11 +180,31 @@ pub enum DiagnosticCode {
     },
     /// Control flow. Its effect on later blocks is not known.
     #[error(
-        "`{text}`: the service does not follow control flow; post the program without jumps, loops, conditions and subprograms"
+        "`{text}`: the service does not follow control flow here; post the program without jumps, loops, conditions and subprograms"
     )]
     ControlFlow {
         /// The statement.
         text: Excerpt,
+    },
+    /// The program runs more blocks than are followed. Most likely it never ends.
+    #[error(
+        "`{text}`: the program has run {max} blocks and statements when it comes here; correct the loop that does not end, or divide the program"
+    )]
+    RunsTooLong {
+        /// The statement that was next.
+        text: Excerpt,
+        /// The most blocks and statements that are run.
+        max: u64,
+    },
+    /// More calls inside each other than are followed.
+    #[error(
+        "`{text}`: this is call {} inside calls, and {max} are followed; a subprogram must not call itself", max + 1
+    )]
+    CallsTooDeep {
+        /// The call.
+        text: Excerpt,
+        /// The most calls inside each other.
+        max: usize,
     },
     /// Template text, which an editor would have to expand first.
     #[error("`{text}` is template text, not a program for a control; expand the template first")]
@@ -261,7 +281,7 @@ impl DiagnosticCode {
             Self::CellCount { .. } => "cell_count",
             Self::CellNumber { .. } => "cell_number",
             Self::NotADirection { .. } => "not_a_direction",
-            Self::ControlFlow { .. } => "control_flow",
+            Self::ControlFlow { .. } | Self::RunsTooLong { .. } | Self::CallsTooDeep { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
             Self::UnitUnknown { .. } | Self::TwoUnits { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",

@@ -1,6 +1,7 @@
 //! ISO 6983 and RS274 codes.
 
 use super::{MotionRules, ToolRules, ToolWords};
+use crate::motion::cycle::{Retract, Stroke};
 use crate::motion::meaning::{MFunction, Meaning};
 use crate::motion::modal::{MotionMode, ToolLength, Transformation};
 use crate::motion::work_offset::OffsetCode;
@@ -13,6 +14,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
     m: m_function,
+    cycles: Some(stroke),
     tool_words: ToolWords::LengthByH,
     counts_points: true,
     takes_ijk_as_vector: true,
@@ -55,6 +57,18 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
     }
 }
 
+/// How a canned cycle drills. G73 and G83 break chips, G82 and G89 wait, G86 stops the spindle. G74 and G84 cut threads.
+/// G76 and G87 move aside, and G88 is moved out by hand.
+fn stroke(code: Code) -> Option<Stroke> {
+    match code {
+        Code::G(730 | 810 | 820 | 830 | 860) => Some(Stroke::Drill),
+        Code::G(850 | 890) => Some(Stroke::Bore),
+        Code::G(740 | 840) => Some(Stroke::Tap),
+        Code::G(760 | 810..=899) => Some(Stroke::Other),
+        _ => None,
+    }
+}
+
 /// The meaning of a G code in tenths.
 pub(super) fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
@@ -77,7 +91,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         52 => Motion(Spline),
         50 | 51 | 60 | 61 | 62 => MotionWithAxes(Spline),
         // Among them is the sense of I J K (G90.1). No end depends on it.
-        53 | 80 | 81 | 250 | 260 | 390 | 630 | 901 | 911 | 960 | 970 | 980 | 990 | 1030 | 1870 => Harmless,
+        53 | 80 | 81 | 250 | 260 | 390 | 630 | 901 | 911 | 960 | 970 | 1030 | 1870 => Harmless,
         110 | 620 => HarmlessUnlessAxes,
         90 => ExactStopHere,
         610..=612 => ExactStop(true),
@@ -130,6 +144,8 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         690..=699 => EndRotation { names_axes: tenths == 690 },
         730 | 740 | 760 | 810..=899 => Motion(Cycle),
         800 => EndCycle,
+        980 => Meaning::CycleRetract(Retract::Initial),
+        990 => Meaning::CycleRetract(Retract::Plane),
         900 => Incremental(false),
         910 => Incremental(true),
         921 | 922 => EndShift,

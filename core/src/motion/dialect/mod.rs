@@ -8,6 +8,7 @@ mod iso;
 mod okuma;
 mod siemens;
 
+use super::cycle::Stroke;
 use super::meaning::{MFunction, Meaning};
 use super::modal::{MotionMode, ToolLength};
 use super::{FeedRules, WorkOffset};
@@ -23,6 +24,9 @@ pub(super) struct MotionRules {
     pub(super) g: fn(u32) -> Meaning,
     /// The meaning of an M code in tenths.
     pub(super) m: fn(u32) -> MFunction,
+    /// How a canned cycle drills, by its code; `None` for a code that is no cycle. A dialect without this has no canned
+    /// cycle that is followed.
+    pub(super) cycles: Option<fn(Code) -> Option<Stroke>>,
     /// The meaning of a statement word.
     pub(super) keyword: fn(Keyword) -> Meaning,
     /// The motion that holds at the start.
@@ -109,6 +113,7 @@ impl MotionRules {
         feed: iso::FEED,
         g: |_| Meaning::Unknown,
         m: |_| MFunction::Plain,
+        cycles: None,
         keyword: |_| Meaning::Unknown,
         motion: None,
         tool_length: ToolLength::Plain,

@@ -113,7 +113,8 @@ pub fn interpret_program(
         Err(Fault::Tool(_)) => ProgramSetup { tools: Tools::default(), ..program.clone() },
         Err(fault) => return Err(fault),
     };
-    let mut passages = Passages::open(source, machine, &program)?.keeping_positions();
+    let mut passages =
+        Passages::open(source, machine, &program)?.following_its_run(machine, &program).keeping_positions();
     let mut reader = Understanding {
         machine,
         set_ups: SetUps::new(machine, &program),
@@ -206,6 +207,9 @@ impl Understanding<'_> {
         if let Some(AxisWords { linear_mm: [x, y, z], rotary_deg: [first, second] }) = motion.end {
             // A stated tool axis has become words of the machine.
             joints = [x, y, z, first, second].map(Some);
+        } else if let Some(linear_mm) = motion.linear_end_mm {
+            // A block may make several motions.
+            joints[..3].copy_from_slice(&linear_mm.map(Some));
         }
         let name = self.names.iter().find(|name| Some(name.key()) == motion.tool.key());
         InterpretedMotion {

@@ -101,6 +101,7 @@ impl ProgramSetup {
             unit: self.unit,
             start: [x, y, z, first, second],
             work_offsets: Arc::clone(&self.work_offsets),
+            as_it_runs: false,
         }
     }
 

@@ -72,7 +72,9 @@ pub(in crate::process) fn simulate_lines(
     let program = parameters.program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop)?;
     let parameters = &SimulationParameters { program, ..parameters.clone() };
     let mut outlook = Outlook::default();
-    for_each_motion(machine, parameters, source, Vec::new(), stop, &mut |piece| {
+    // Peaks are told line by line, in the order of the text.
+    let as_it_runs = peaks.is_none();
+    for_each_motion(machine, parameters, source, Vec::new(), as_it_runs, stop, &mut |piece| {
         outlook.see(piece);
         Ok(())
     })?;
@@ -84,13 +86,14 @@ pub(in crate::process) fn simulate_lines(
     };
     sampler.tell_peaks(false)?;
     let mut left_out = LeftOuts::default();
-    let read = for_each_motion(machine, parameters, source, lines, stop, &mut |piece| match piece {
+    let mut take = |piece: SeenMotion<'_>| match piece {
         SeenMotion::Piece(motion, piece) => sampler.add(motion, *piece),
         SeenMotion::LeftOut(reason, line) => {
             left_out.add(reason, line);
             sampler.lift()
         }
-    })?;
+    };
+    let read = for_each_motion(machine, parameters, source, lines, as_it_runs, stop, &mut take)?;
     sampler.lift()?;
     sampler.tell_peaks(true)?;
     let Sampler { run, motions, passes, duration_s, axes, .. } = sampler;
@@ -127,10 +130,14 @@ fn for_each_motion(
     parameters: &SimulationParameters,
     source: &dyn ProgramSource,
     lines: Vec<LineCursor<'_>>,
+    as_it_runs: bool,
     stop: &dyn Fn() -> ControlFlow<()>,
     take: &mut dyn FnMut(SeenMotion<'_>) -> Result<(), Fault>,
 ) -> Result<Text, Fault> {
     let mut passages = Passages::open(source, machine, &parameters.program)?.with_lines(lines);
+    if as_it_runs {
+        passages = passages.following_its_run(machine, &parameters.program);
+    }
     let (mut set_ups, mut faults) = (SetUps::new(machine, &parameters.program), LineFaults::default());
     passages.work(stop, |passage, _, _| {
         for motion in &passage.motions {

@@ -1,6 +1,6 @@
 //! Whether a program was read in the right dialect.
 
-use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
+use super::source::{CHUNK_BYTES, ProgramSource, read_some};
 use crate::motion::{Motion, MotionKind, Unfollowable};
 use crate::process::fault::Fault;
 use crate::program::{Address, Batch, Dialect, ReadLimits, Reader, Word};

@@ -2,7 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::stream::{Passages, ProgramSource};
+use super::source::ProgramSource;
+use super::stream::Passages;
 use super::survey::Survey;
 use crate::machine::{Machine, Side, Tool};
 use crate::process::fault::Fault;

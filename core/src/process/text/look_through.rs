@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::stream::{CHUNK_BYTES, ProgramSource, read_some};
+use super::source::{CHUNK_BYTES, ProgramSource, read_some};
 use super::survey::Survey;
 use super::surveyor::Surveyor;
 use crate::machine::Machine;

@@ -1,7 +1,8 @@
 //! The unknown axes at a motion that could not be followed, for the text of a refusal.
 
 use super::line_map::LineCursor;
-use super::stream::{Passages, ProgramSource};
+use super::source::ProgramSource;
+use super::stream::Passages;
 use crate::machine::Machine;
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, UnknownAxes};
 use crate::process::set_up::ProgramSetup;

@@ -4,7 +4,7 @@ use std::io;
 use std::io::{Read, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::stream::ProgramSource;
+use super::source::ProgramSource;
 use crate::listed::listed;
 
 listed! {

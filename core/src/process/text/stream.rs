@@ -4,41 +4,21 @@ use crate::contact::TipLook;
 use crate::kinematics::ToolPose;
 use crate::process::set_up::Stop;
 use std::collections::VecDeque;
-use std::io;
 use std::io::Read;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
+use super::course::run_from;
 use super::line_map::LineCursor;
 use super::reading::ProgramReading;
+use super::source::{CHUNK_BYTES, ProgramSource, read_some};
 use super::survey::Survey;
 use super::surveyor::Surveyor;
 use crate::machine::Machine;
-use crate::motion::{Interpreter, Motion, StatedCutter, ToolName};
+use crate::motion::{Interpreter, InterpreterOptions, Motion, StatedCutter, ToolName};
 use crate::process::fault::{Fault, WarningKind, Warnings};
 use crate::process::set_up::{ProgramSetup, ToolVectors, Tooling};
-use crate::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader, Severity};
-
-/// A program that can be read more than once.
-pub trait ProgramSource: Sync {
-    /// The program from its first byte.
-    ///
-    /// # Errors
-    /// The text cannot be opened.
-    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>>;
-}
-
-impl ProgramSource for [u8] {
-    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
-        Ok(Box::new(self))
-    }
-}
-
-impl ProgramSource for Vec<u8> {
-    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
-        Ok(Box::new(self.as_slice()))
-    }
-}
+use crate::program::{Batch, Diagnostics, Dialect, ProgramRun, ReadLimits, Reader, Severity};
 
 /// The tool in W at the end of a motion and half way along it, by interpolation mode. Both are next to each other
 /// in memory, because they are used one after the other. The poses of a motion without known ends are not used.
@@ -96,13 +76,14 @@ impl Stretch {
 /// Passages in a stretch. They are some milliseconds of work, so that handing over costs little. They are few
 /// enough that their motions stay in the cache between the workers.
 const STRETCH_PASSAGES: usize = 4;
-/// Bytes read at once \[bytes\].
-pub(in crate::process) const CHUNK_BYTES: usize = 64 * 1024;
 /// Most batches without a motion that are read ahead to find the next motion.
 const MAX_LOOKAHEAD: usize = 64;
 
 /// Reads a source into passages, with one motion of look-ahead for rules that need a neighbour.
 pub(in crate::process) struct Passages<'a> {
+    source: &'a dyn ProgramSource,
+    /// The blocks in the order in which they run, from the first one on that changes the course.
+    run: Option<ProgramRun>,
     input: Box<dyn Read + Send + 'a>,
     chunk: Vec<u8>,
     ended: bool,
@@ -135,6 +116,8 @@ impl<'a> Passages<'a> {
         program: &ProgramSetup,
     ) -> Result<Self, Fault> {
         Ok(Self {
+            source,
+            run: None,
             input: source.open()?,
             chunk: vec![0; CHUNK_BYTES],
             ended: false,
@@ -153,6 +136,13 @@ impl<'a> Passages<'a> {
             lines: Vec::new(),
             first_lines: Vec::new(),
         })
+    }
+
+    /// Follows the program as it runs: loops, jumps and calls are followed. Only for readers that write nothing.
+    pub(in crate::process) fn following_its_run(mut self, machine: &Machine, program: &ProgramSetup) -> Self {
+        let options = InterpreterOptions { as_it_runs: true, ..program.options() };
+        self.interpreter = Interpreter::new(machine, options);
+        self
     }
 
     /// Gives motions the lines to which these cursors lead, one after the other.
@@ -249,33 +239,15 @@ impl<'a> Passages<'a> {
         passage.motions.clear();
         passage.poses.clear();
         passage.looks.clear();
-        while !self.reader.next_batch(&mut passage.batch)? {
-            if self.ended {
-                return Ok(None);
-            }
-            let count = read_some(&mut *self.input, &mut self.chunk)?;
-            let text = &self.chunk[..count];
-            if let Some(surveyor) = &mut self.surveyor {
-                surveyor.see_text(text);
-            }
-            if count == 0 {
-                self.ended = true;
-                self.reader.finish();
-            } else {
-                self.reader.feed(text);
-            }
+        if !self.next_blocks(&mut passage.batch)? {
+            return Ok(None);
         }
         if let Some(surveyor) = &mut self.surveyor {
             surveyor.see(&passage.batch);
         }
-        let Passage { batch, motions, positions, .. } = &mut passage;
-        if self.keeps_positions {
-            positions.clear();
-            self.interpreter.interpret_each(batch, motions, &mut self.diagnostics, |motions, at| {
-                positions.resize(motions.len(), at);
-            });
-        } else {
-            self.interpreter.interpret(batch, motions, &mut self.diagnostics);
+        self.interpret(&mut passage, None);
+        if let Some(block) = self.interpreter.stopped_at() {
+            self.change_course(&mut passage, block)?;
         }
         if let Some(vectors) = &mut self.vectors {
             vectors.resolve(&mut passage.motions);
@@ -289,6 +261,63 @@ impl<'a> Passages<'a> {
         self.motions += passage.motions.len() as u64;
         self.reading.see(&passage.motions);
         Ok(Some(passage))
+    }
+
+    /// The blocks that come next; false at the end.
+    fn next_blocks(&mut self, batch: &mut Batch) -> Result<bool, Fault> {
+        if let Some(run) = &mut self.run {
+            return Ok(!self.interpreter.has_ended() && run.next_batch(batch));
+        }
+        while !self.reader.next_batch(batch)? {
+            if self.ended {
+                return Ok(false);
+            }
+            let count = read_some(&mut *self.input, &mut self.chunk)?;
+            let text = &self.chunk[..count];
+            if let Some(surveyor) = &mut self.surveyor {
+                surveyor.see_text(text);
+            }
+            if count == 0 {
+                self.ended = true;
+                self.reader.finish();
+            } else {
+                self.reader.feed(text);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Makes the motions of a passage, or those from a block on.
+    fn interpret(&mut self, passage: &mut Passage, from: Option<usize>) {
+        let Passage { batch, motions, positions, .. } = passage;
+        let diagnostics = &mut self.diagnostics;
+        if from.is_none() {
+            positions.clear();
+        }
+        match (self.keeps_positions, from) {
+            (false, None) => self.interpreter.interpret(batch, motions, diagnostics),
+            (false, Some(from)) => {
+                self.interpreter.interpret_from(from, batch, motions, diagnostics, |_, _| {});
+            }
+            (true, from) => {
+                let see = |motions: &[Motion], at| positions.resize(motions.len(), at);
+                self.interpreter.interpret_from(from.unwrap_or(0), batch, motions, diagnostics, see);
+            }
+        }
+    }
+
+    /// The program does not go on in the order of its text at this block.
+    fn change_course(&mut self, passage: &mut Passage, block: usize) -> Result<(), Fault> {
+        let batch = &passage.batch;
+        let start = batch.blocks().get(block).map_or(0, |block| u64::from(block.start));
+        self.run = run_from(self.source, batch.dialect(), batch.offset() + start)?;
+        self.interpreter.run_on();
+        if self.run.is_some() {
+            passage.batch.end_before(block);
+        } else {
+            self.interpret(passage, Some(block));
+        }
+        Ok(())
     }
 
     /// How the program was read so far.
@@ -372,14 +401,5 @@ impl<'a> Passages<'a> {
             return Err(Fault::Program(Box::new(std::mem::take(&mut self.diagnostics))));
         }
         Ok(())
-    }
-}
-
-pub(in crate::process) fn read_some(input: &mut dyn Read, chunk: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match input.read(chunk) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            other => return other,
-        }
     }
 }

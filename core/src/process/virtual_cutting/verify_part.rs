@@ -112,7 +112,8 @@ impl Workshop<'_> {
     fn cut(&self, samples: &[SurfacePoint], resolution: Length, max_pieces: u64) -> Result<Found, Fault> {
         let Self { machine, parameters, .. } = *self;
         let bed = NeedleBed::new(samples, parameters.stock, self.stop).ok_or(Fault::Cancelled)?;
-        let mut passages = Passages::open(self.source, machine, &parameters.program)?;
+        let mut passages = Passages::open(self.source, machine, &parameters.program)?
+            .following_its_run(machine, &parameters.program);
         let mut faults = LineFaults::default();
         let mut mill = Mill {
             workshop: self,

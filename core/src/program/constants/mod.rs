@@ -37,12 +37,49 @@ impl Constants {
 
     /// Goes through the blocks of a batch, which must be the program's next one. Expressions with a fixed value become
     /// [`super::WordForm::Evaluated`] (or `Absolute`, `Incremental`) words.
+    ///
+    /// A batch whose expressions have their values already is left as it is.
     pub fn evaluate(&mut self, batch: &mut Batch) {
+        if batch.is_evaluated {
+            return;
+        }
         match &mut self.grammar {
             Grammar::None => {}
             Grammar::Rs274(parameters) => parameters.evaluate(batch),
             Grammar::Siemens(variables) => variables.evaluate(batch),
             Grammar::Heidenhain(parameters) => parameters.evaluate(batch),
+        }
+    }
+
+    /// The value of an expression that is the whole text, as it is now; `None` if it is not known.
+    pub(super) fn value(&mut self, text: &[u8]) -> Option<f64> {
+        match &mut self.grammar {
+            Grammar::None => None,
+            Grammar::Rs274(parameters) => parameters.value_of_text(text),
+            Grammar::Siemens(variables) => variables.value_of_text(text),
+            Grammar::Heidenhain(parameters) => parameters.value_of_text(text),
+        }
+    }
+
+    /// Gives a variable the value of an expression and something more. Returns whether its value is known now.
+    pub(super) fn count(&mut self, variable: &[u8], from: &[u8], more: &[u8]) -> bool {
+        match &mut self.grammar {
+            Grammar::Siemens(variables) => variables.assign_text(variable, from, more),
+            Grammar::None | Grammar::Rs274(_) | Grammar::Heidenhain(_) => false,
+        }
+    }
+
+    /// A subprogram with parameters of its own begins. These are its first ones.
+    pub(super) fn enter(&mut self, arguments: &[Option<f64>]) {
+        if let Grammar::Rs274(parameters) = &mut self.grammar {
+            parameters.enter(arguments);
+        }
+    }
+
+    /// It ends: the caller's parameters hold again.
+    pub(super) fn leave(&mut self) {
+        if let Grammar::Rs274(parameters) = &mut self.grammar {
+            parameters.leave();
         }
     }
 }

@@ -5,8 +5,9 @@
 
 use super::line::Source;
 use super::{Dialect, ForeignDialect, LineRead};
+use crate::program::course::Statement;
 use crate::program::writer::Writing;
-use crate::program::{Address, Batch, ReadFault};
+use crate::program::{Address, Batch, Block, ReadFault};
 
 /// The notation of a program's plain lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,6 +32,9 @@ pub(in crate::program) enum Read {
     /// Statements of several lines; `None` if lines of the statement have not arrived yet.
     Statements(fn(Source<'_>, &mut Batch) -> Option<LineRead>),
 }
+
+/// What a block does to the course of its program.
+pub(in crate::program) type ReadFlow = fn(&Batch, &Block) -> Statement;
 
 /// Reads the header of a table on this line: its columns and their separator.
 pub(in crate::program) type ReadHeader = fn(&[u8], u64) -> Result<(Vec<Address>, u8), ReadFault>;
@@ -93,8 +97,18 @@ pub struct DialectRules {
     /// A feed is a separate statement, and the style of the last one is remembered.
     pub(in crate::program) states_feed_apart: bool,
     pub(in crate::program) arithmetic: Arithmetic,
+    /// How its loops, jumps and calls are spelled; `None` if they are not followed.
+    pub(in crate::program) flow: Option<ReadFlow>,
     pub(in crate::program) stamp: Option<StampForm>,
     pub(in crate::program) writing: Writing,
+}
+
+impl DialectRules {
+    /// Whether loops, jumps and calls of programs in this dialect can be followed.
+    #[must_use]
+    pub const fn follows_flow(&self) -> bool {
+        self.flow.is_some()
+    }
 }
 
 impl Dialect {

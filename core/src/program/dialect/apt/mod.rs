@@ -27,6 +27,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     read_header: None,
     states_feed_apart: true,
     arithmetic: Arithmetic::None,
+    flow: None,
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"PARTNO"]),
         comment: ["$$ ", ""],

@@ -22,6 +22,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     read_header: Some(table::read_header),
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
+    flow: None,
     stamp: None,
     writing: Writing {
         change: write::print_row,

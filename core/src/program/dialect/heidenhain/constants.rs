@@ -114,6 +114,12 @@ impl Parameters {
         }
     }
 
+    /// The value of one operand with its sign that is the whole text; `None` if it is not known.
+    pub(in crate::program) fn value_of_text(&self, text: &[u8]) -> Option<f64> {
+        let mut formula = Formula { text, at: 0, parameters: self };
+        formula.signed().filter(|_| formula.is_done())
+    }
+
     fn formula(&self, text: &[u8]) -> Option<f64> {
         let mut formula = Formula { text, at: 0, parameters: self };
         let value = formula.sum(0)?;

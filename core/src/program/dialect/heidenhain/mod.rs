@@ -3,6 +3,7 @@
 
 pub(in crate::program) mod constants;
 mod cycle;
+mod flow;
 mod line;
 mod path;
 mod statement;
@@ -27,6 +28,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::Heidenhain,
+    flow: Some(flow::read),
     stamp: Some(StampForm {
         after: StampAfter::LineWith(b"BEGIN PGM"),
         comment: ["; ", ""],

@@ -1,6 +1,7 @@
 //! ISO 6983 G-code: blocks of letters and numbers, with the macros of Fanuc and RS274/NGC.
 
 pub(in crate::program) mod constants;
+mod flow;
 mod line;
 mod statement;
 
@@ -24,6 +25,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::Rs274,
+    flow: Some(flow::read),
     stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: true }),
     writing: Writing::LETTERS,
 };

@@ -24,6 +24,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
+    flow: None,
     stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: false }),
     writing: Writing::LETTERS,
 };

@@ -5,6 +5,7 @@
 
 pub(in crate::program) mod constants;
 mod detect;
+mod flow;
 mod line;
 mod names;
 mod statement;
@@ -28,6 +29,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     read_header: None,
     states_feed_apart: false,
     arithmetic: Arithmetic::Siemens,
+    flow: Some(flow::read),
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"%", b";$"]),
         comment: ["; ", ""],

@@ -59,6 +59,23 @@ impl Parameters {
         }
     }
 
+    /// The value of an operand that is the whole text but for comments; `None` if it is not known.
+    pub(in crate::program) fn value_of_text(&mut self, text: &[u8]) -> Option<f64> {
+        let mut expression = Expression::new(text, 0, self, false);
+        let value = expression.operand().ok()?;
+        let (mut at, is_rs274) = (expression.at, expression.is_rs274);
+        while let Some(&byte) = text.get(at) {
+            match byte {
+                b' ' | b'\t' => at += 1,
+                b'(' => at = comment_end(text, at).ok()?,
+                b';' => break,
+                _ => return None,
+            }
+        }
+        self.is_rs274 |= is_rs274;
+        value
+    }
+
     fn evaluate_block(&mut self, batch: &mut Batch, index: usize, block: &Block) -> Result<(), Diagnostic> {
         match block.kind {
             BlockKind::Words | BlockKind::Assignment => {}

@@ -96,12 +96,23 @@ pub(in crate::program) struct Parameters {
     pub(super) is_rs274: bool,
     /// G66: the program calls something at every motion.
     pub(super) modal_call: bool,
+    /// The parameters of the callers of the present subprogram.
+    callers: Vec<Locals>,
+}
+
+/// The parameters that belong to one level of calls.
+#[derive(Debug, Clone)]
+struct Locals {
+    numbered: Vec<Option<f64>>,
+    named: BTreeMap<Name, Named>,
+    names_lost: bool,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
         let named = BTreeMap::new();
-        Self { numbered: Vec::new(), named, names_lost: false, is_rs274: false, modal_call: false }
+        let callers = Vec::new();
+        Self { numbered: Vec::new(), named, names_lost: false, is_rs274: false, modal_call: false, callers }
     }
 }
 
@@ -181,5 +192,36 @@ impl Parameters {
         self.numbered.clear();
         self.named.values_mut().for_each(|named| named.value = None);
         self.names_lost = true;
+    }
+
+    /// A subprogram of RS274/NGC begins. Its parameters up to #30 are the arguments, and 0 after them. Its names that
+    /// do not begin with an underscore are its own.
+    pub(in crate::program) fn enter(&mut self, arguments: &[Option<f64>]) {
+        self.is_rs274 = true;
+        if self.numbered.is_empty() {
+            self.numbered.resize(FIRST_SYSTEM, None);
+        }
+        let mut locals = Locals { numbered: Vec::new(), named: BTreeMap::new(), names_lost: self.names_lost };
+        for (slot, value) in self.numbered.iter_mut().skip(1).take(LAST_LOCAL).enumerate() {
+            locals.numbered.push(*value);
+            *value = arguments.get(slot).copied().unwrap_or(Some(0.0));
+        }
+        let (global, local) =
+            std::mem::take(&mut self.named).into_iter().partition(|(name, _)| name.is_global());
+        (self.named, locals.named) = (global, local);
+        self.names_lost = false;
+        self.callers.push(locals);
+    }
+
+    /// It ends. The parameters of its caller hold again.
+    pub(in crate::program) fn leave(&mut self) {
+        let Some(locals) = self.callers.pop() else { return };
+        self.numbered.resize(FIRST_SYSTEM, None);
+        for (value, before) in self.numbered.iter_mut().skip(1).zip(locals.numbered) {
+            *value = before;
+        }
+        self.named.retain(|name, _| name.is_global());
+        self.named.extend(locals.named);
+        self.names_lost |= locals.names_lost;
     }
 }

@@ -231,6 +231,21 @@ impl Variables {
         self.fresh.clear();
     }
 
+    /// The value of an expression that is the whole text; `None` if it is not known.
+    pub(in crate::program) fn value_of_text(&mut self, text: &[u8]) -> Option<f64> {
+        let mut walk = Walk::new(text, 0, self);
+        let value = walk.expression().ok().flatten()?;
+        walk.skip_blanks();
+        (walk.at >= text.len()).then_some(value.value)
+    }
+
+    /// Gives a variable the value of an expression and something more. Returns whether its value is known now.
+    pub(in crate::program) fn assign_text(&mut self, variable: &[u8], from: &[u8], more: &[u8]) -> bool {
+        self.assign(&[variable, b"=", from, more].concat(), false);
+        self.fresh.clear();
+        self.value_of_text(variable).is_some()
+    }
+
     /// The value of a word, and from where it counts.
     fn word_value(&mut self, text: &[u8]) -> Option<(f64, WordForm)> {
         let blanks = text.iter().take_while(|byte| matches!(byte, b' ' | b'\t')).count();

@@ -1,0 +1,230 @@
+//! Canned cycles that drill along the axis of the plane, as the motions that they are: to the place, to the retract
+//! plane, down, and back up.
+//!
+//! A cycle is followed only if every control makes these motions of it. Chip breaking and pecking are one stroke: the
+//! retracts in between depend on parameters of the control. Dwells are no motions.
+
+use super::block_words::AXES;
+use super::cycle::{Retract, Stroke};
+use super::interpreter::Interpreter;
+use super::modal::ToolLength;
+use super::{FeedMode, Motion, MotionKind, Unfollowable};
+use crate::program::{Address, Block};
+
+/// The places of one cycle along the axis of the plane \[mm\].
+#[derive(Debug, Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "each has its unit")]
+struct Levels {
+    plane_mm: f64,
+    depth_mm: f64,
+    end_mm: f64,
+}
+
+/// The most repetitions of a cycle.
+const MAX_TIMES: f64 = 999.0;
+/// Words that a followed cycle may have: X Y Z, R, the increment or time P and Q, repetitions, and words that no motion
+/// depends on.
+const CYCLE_WORDS: u32 = Address::X.bit()
+    | Address::Y.bit()
+    | Address::Z.bit()
+    | Address::R.bit()
+    | Address::P.bit()
+    | Address::Q.bit()
+    | Address::L.bit()
+    | Address::K.bit()
+    | Address::F.bit()
+    | Address::S.bit()
+    | Address::N.bit()
+    | Address::H.bit()
+    | Address::D.bit()
+    | Address::T.bit();
+/// Words that decide where a cycle moves.
+const DECIDING_WORDS: u32 =
+    AXES | Address::R.bit() | Address::L.bit() | Address::K.bit() | Address::P.bit() | Address::Q.bit();
+/// Levels this close are one \[mm\].
+const SAME_LEVEL_MM: f64 = 1e-9;
+
+impl Interpreter {
+    /// Follows the cycles of a block. Returns false, and changes nothing but the data of the cycle, if they are not
+    /// followed.
+    pub(super) fn follow_cycle(
+        &mut self,
+        index: usize,
+        block: &Block,
+        reason: Option<Unfollowable>,
+        motions: &mut Vec<Motion>,
+    ) -> bool {
+        let cycles = self.options.as_it_runs.then_some(self.rules.cycles).flatten();
+        let Some(plane) = self.modal.plane.filter(|_| cycles.is_some()) else { return false };
+        self.take_cycle_words(plane);
+        let levels = self.levels(plane);
+        let is_followed = reason.is_none() && self.obstacle().is_none() && self.cycle_words_are_known();
+        let times = self.times().filter(|_| is_followed);
+        let (Some(levels), Some(times)) = (levels, times) else {
+            // The drilled axis is somewhere else after it.
+            self.modal.cycle.forget();
+            return false;
+        };
+        if self.modal.cycle.stroke == Stroke::Tap {
+            self.opaque(index, block, Unfollowable::CannedCycle, motions);
+        }
+        for _ in 0..times {
+            self.drill(index, block, plane, levels, motions);
+        }
+        self.take_other_words();
+        true
+    }
+
+    /// A block without axis words may run a cycle on some controls, if it has other words of cycles.
+    pub(super) fn doubt_cycle(&mut self) {
+        let deciding = self.block.present & DECIDING_WORDS;
+        if let (true, Some(plane)) = (deciding != 0, self.modal.plane) {
+            self.modal.cycle.forget();
+            if let Some(drilled) = self.position.axes.get_mut(usize::from(plane)) {
+                *drilled = None;
+            }
+        }
+    }
+
+    /// Takes the code, R and the depth of the block.
+    fn take_cycle_words(&mut self, plane: u8) {
+        let codes = self.block.g_codes();
+        let stroke = codes.iter().rev().find_map(|code| self.rules.cycles.and_then(|of| of(*code)));
+        let drilled = [Address::X, Address::Y, Address::Z].get(usize::from(plane)).copied();
+        let drilled = drilled.unwrap_or(Address::Z);
+        let word = |address: Address| {
+            let value = self.block.value(address)?;
+            Some((value * self.modal.mm_per_unit?, self.modal.incremental?))
+        };
+        let mut cycle = self.modal.cycle;
+        let written_in = self.modal.mm_per_unit.map(|unit| (plane, unit));
+        if self.this_block.begins_cycle || cycle.written_in != written_in {
+            cycle.forget();
+            cycle.written_in = written_in;
+        }
+        if self.this_block.begins_cycle {
+            cycle.initial_mm = self.position.axes.get(usize::from(plane)).copied().flatten();
+        }
+        if let Some(stroke) = stroke {
+            if stroke != cycle.stroke {
+                // Controls differ in which values hold for another cycle.
+                (cycle.plane, cycle.depth) = (None, None);
+            }
+            cycle.stroke = stroke;
+        }
+        if self.block.has(Address::R) {
+            cycle.plane = word(Address::R);
+        }
+        if self.block.has(drilled) {
+            cycle.depth = word(drilled);
+        }
+        self.modal.cycle = cycle;
+    }
+
+    /// The levels of the cycle, if all controls agree in them: it begins at or above the retract plane, and drills
+    /// down from there.
+    fn levels(&self, plane: u8) -> Option<Levels> {
+        let cycle = self.modal.cycle;
+        let start_mm = (*self.position.axes.get(usize::from(plane))?)?;
+        let incremental = self.modal.incremental?;
+        let ((plane_value, plane_counts), (depth, depth_counts)) = (cycle.plane?, cycle.depth?);
+        if plane_counts != incremental || depth_counts != incremental {
+            return None;
+        }
+        let plane_mm = if incremental { start_mm + plane_value } else { plane_value };
+        let depth_mm = if incremental { plane_mm + depth } else { depth };
+        let initial_mm = cycle.initial_mm?;
+        let end_mm = match cycle.retract {
+            Some(Retract::Plane) => plane_mm,
+            Some(Retract::Initial) => initial_mm,
+            // It is the same whatever holds.
+            None if (initial_mm - plane_mm).abs() <= SAME_LEVEL_MM => plane_mm,
+            None => return None,
+        };
+        let is_sound = start_mm >= plane_mm - SAME_LEVEL_MM
+            && initial_mm >= plane_mm - SAME_LEVEL_MM
+            // In G91, R counts from the initial level or from the present one.
+            && (!incremental || (start_mm - initial_mm).abs() <= SAME_LEVEL_MM)
+            && depth_mm < plane_mm - SAME_LEVEL_MM;
+        let is_of_plane = (end_mm - plane_mm).abs() <= SAME_LEVEL_MM;
+        let is_agreed = match cycle.stroke {
+            Stroke::Drill | Stroke::Tap => true,
+            Stroke::Bore => is_of_plane,
+            Stroke::Other => false,
+        };
+        (is_sound && is_agreed).then_some(Levels { plane_mm, depth_mm, end_mm })
+    }
+
+    fn cycle_words_are_known(&self) -> bool {
+        let present = self.block.present;
+        present & !CYCLE_WORDS == 0
+            && self.block.unknown & (DECIDING_WORDS | Address::F.bit()) == 0
+            && self.block.incremental & present == 0
+            && self.block.absolute & present == 0
+            && self.block.comma == 0
+            && self.modal.tool_length == Some(ToolLength::Plain)
+            && matches!(self.modal.feed_mode(), Some(FeedMode::PerMinute | FeedMode::PerRevolution))
+            && self.position.linear_mm().is_some()
+    }
+
+    /// How often the cycle runs. Only in G91 does it move on in between.
+    fn times(&self) -> Option<u32> {
+        let stated = [Address::L, Address::K].map(|address| self.block.value(address));
+        let times = match stated {
+            [None, None] => 1.0,
+            [Some(times), None] | [None, Some(times)] => times,
+            [Some(_), Some(_)] => return None,
+        };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
+        ((1.0..=MAX_TIMES).contains(&times) && times.fract() == 0.0).then_some(times as u32)
+    }
+
+    /// One cycle.
+    fn drill(&mut self, index: usize, block: &Block, plane: u8, levels: Levels, motions: &mut Vec<Motion>) {
+        let mut place_mm = self.position.linear_mm().unwrap_or_default();
+        let scale = self.modal.mm_per_unit.unwrap_or(1.0);
+        let drilled = usize::from(plane);
+        for (slot, address) in [Address::X, Address::Y, Address::Z].into_iter().enumerate() {
+            let Some(value) = self.block.value(address).filter(|_| slot != drilled) else { continue };
+            let from_mm = if self.modal.incremental == Some(true) { place_mm[slot] } else { 0.0 };
+            place_mm[slot] = from_mm + value * scale;
+            self.position.decimals[slot] = self.block.decimals[address.index()];
+        }
+        let at = |level_mm: f64| {
+            let mut there_mm = place_mm;
+            if let Some(level) = there_mm.get_mut(drilled) {
+                *level = level_mm;
+            }
+            there_mm
+        };
+        let Levels { plane_mm, depth_mm, end_mm } = levels;
+        let up = if self.modal.cycle.stroke == Stroke::Bore { MotionKind::Linear } else { MotionKind::Rapid };
+        let course = [
+            (MotionKind::Rapid, place_mm),
+            (MotionKind::Rapid, at(plane_mm)),
+            (MotionKind::Linear, at(depth_mm)),
+            (up, at(end_mm)),
+        ];
+        if self.modal.cycle.stroke == Stroke::Tap {
+            return self.stand_at(at(end_mm));
+        }
+        for (kind, to_mm) in course {
+            if self.position.linear_mm() == Some(to_mm) {
+                continue;
+            }
+            let mut motion = self.motion_shell(index, block, kind);
+            motion.start = self.position.axis_words();
+            self.stand_at(to_mm);
+            motion.end = self.position.axis_words();
+            motion.linear_end_mm = Some(to_mm);
+            self.note_offset(&mut motion);
+            motions.push(motion);
+        }
+    }
+
+    fn stand_at(&mut self, place_mm: [f64; 3]) {
+        for (axis, to_mm) in self.position.axes.iter_mut().zip(place_mm) {
+            *axis = Some(to_mm);
+        }
+    }
+}

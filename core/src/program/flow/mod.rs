@@ -1,0 +1,10 @@
+//! The blocks of a program in the order in which a control runs them: loops and jumps are followed, and calls enter
+//! the subprograms that are in the same text.
+//!
+//! A condition whose value is not known ends the run with its statement, which refuses the program. A call of a
+//! program that is not in the text is an ordinary block, after which nothing is known.
+
+mod places;
+mod run;
+
+pub use run::ProgramRun;

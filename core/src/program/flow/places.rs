@@ -1,0 +1,198 @@
+//! Where the statements that change the course of a program are, and which of them belong together.
+
+use std::collections::BTreeMap;
+
+use crate::program::course::{PlaceName, Search, Statement, Step, Structure, block_number};
+use crate::program::{Address, Batch, WordForm};
+
+/// A statement that changes the course, and the index of its block in the program.
+#[derive(Debug)]
+pub(super) struct Turn {
+    pub(super) block: usize,
+    pub(super) statement: Statement,
+    /// The statement that belongs to it, by its index: of an opening one the next branch or the end, of a closing one
+    /// the beginning, of a `BREAK` and a `CONTINUE` the beginning of their loop.
+    pub(super) partner: Option<usize>,
+}
+
+/// All of them, in the order of the text.
+#[derive(Debug, Default)]
+pub(super) struct Turns {
+    list: Vec<Turn>,
+    /// The blocks of every name, in the order of the text.
+    places: BTreeMap<PlaceName, Vec<usize>>,
+    /// The subprograms of every name, as indices of turns.
+    subprograms: BTreeMap<PlaceName, Vec<usize>>,
+    /// The blocks at which programs of the text begin.
+    entries: Vec<usize>,
+}
+
+impl Turns {
+    /// Those of a program in these batches.
+    pub(super) fn of(batches: &[Batch]) -> Self {
+        let mut turns = Self::default();
+        let Some(read) = batches.first().and_then(|batch| batch.dialect().rules().flow) else { return turns };
+        let mut index = 0;
+        for batch in batches {
+            for block in batch.blocks() {
+                let statement = read(batch, block);
+                let numbers = batch.words(block).iter().filter(|word| word.address == Address::N);
+                for number in numbers.filter(|word| word.form == WordForm::Number) {
+                    turns.places.entry(block_number(number.value)).or_default().push(index);
+                }
+                if let Some(place) = &statement.place {
+                    turns.places.entry(place.clone()).or_default().push(index);
+                }
+                if statement.step == Step::Entry {
+                    turns.entries.push(index);
+                }
+                if statement.step != Step::Plain {
+                    turns.list.push(Turn { block: index, statement, partner: None });
+                }
+                index += 1;
+            }
+        }
+        turns.find_partners();
+        turns
+    }
+
+    /// Joins the statements of every structure. A statement without partner is not followed when it is reached.
+    fn find_partners(&mut self) {
+        // The opening statement of every structure that is open, and its last branch.
+        let mut open: Vec<[usize; 2]> = Vec::new();
+        for index in 0..self.list.len() {
+            let Some(turn) = self.list.get(index) else { break };
+            let Statement { name, step, .. } = turn.statement.clone();
+            let innermost = open.last().copied();
+            let matches = |first: usize, wanted: &dyn Fn(Structure) -> bool| {
+                self.list.get(first).is_some_and(|turn| {
+                    let opened = opened(&turn.statement.step);
+                    turn.statement.name == name && opened.is_some_and(wanted)
+                })
+            };
+            match step {
+                Step::Open(Structure::While, Some(_))
+                    if innermost.is_some_and(|[first, _]| matches(first, &|kind| kind == Structure::Do)) =>
+                {
+                    // `DO … WHILE […]`
+                    open.pop();
+                    self.join(innermost.map(|[first, _]| first), index);
+                    self.set_partner(index, innermost.map(|[first, _]| first));
+                }
+                Step::Open(kind, _) => {
+                    if kind == Structure::Sub
+                        && let Some(name) = name
+                    {
+                        self.subprograms.entry(name).or_default().push(index);
+                    }
+                    open.push([index; 2]);
+                }
+                Step::Count { .. } => open.push([index; 2]),
+                Step::Else(_) => {
+                    if let Some([first, last]) = innermost
+                        && matches(first, &|kind| kind == Structure::If)
+                    {
+                        self.join(Some(last), index);
+                        if let Some(top) = open.last_mut() {
+                            *top = [first, index];
+                        }
+                    }
+                }
+                Step::Close(kind, _) => {
+                    let closes = |opened: Structure| match kind {
+                        Some(kind) => opened == kind,
+                        None => matches!(opened, Structure::While | Structure::Loop),
+                    };
+                    if let Some([first, last]) = innermost
+                        && matches(first, &closes)
+                    {
+                        open.pop();
+                        self.join(Some(last), index);
+                        self.set_partner(index, Some(first));
+                    }
+                }
+                Step::Break | Step::Continue => {
+                    let around = open.iter().rev().map(|[first, _]| *first);
+                    let is_loop = |kind: Structure| !matches!(kind, Structure::If | Structure::Sub);
+                    let found = around.clone().find(|first| matches(*first, &is_loop));
+                    self.set_partner(index, found);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Makes `next` the partner of an opening statement or a branch.
+    fn join(&mut self, earlier: Option<usize>, next: usize) {
+        if let Some(earlier) = earlier {
+            self.set_partner(earlier, Some(next));
+        }
+    }
+
+    fn set_partner(&mut self, index: usize, partner: Option<usize>) {
+        if let Some(turn) = self.list.get_mut(index) {
+            turn.partner = partner;
+        }
+    }
+
+    pub(super) fn get(&self, index: usize) -> Option<&Turn> {
+        self.list.get(index)
+    }
+
+    /// The index of the first turn at or after a block.
+    pub(super) fn first_at(&self, block: usize) -> usize {
+        self.list.partition_point(|turn| turn.block < block)
+    }
+
+    /// The end of the structure that this statement opens or branches.
+    pub(super) fn end_of(&self, index: usize) -> Option<usize> {
+        let mut at = index;
+        loop {
+            let turn = self.list.get(at)?;
+            match turn.statement.step {
+                Step::Close(..) => return Some(at),
+                // The end of `DO` is the `WHILE` whose partner is before it.
+                Step::Open(Structure::While, _) if at != index && turn.partner < Some(at) => return Some(at),
+                _ => at = turn.partner.filter(|next| *next > at)?,
+            }
+        }
+    }
+
+    /// The subprogram of this name, by the index of its turn, if it is there once.
+    pub(super) fn subprogram(&self, name: &PlaceName) -> Option<usize> {
+        match self.subprograms.get(name)?.as_slice() {
+            [one] => Some(*one),
+            _ => None,
+        }
+    }
+
+    /// The block of a name that is there once.
+    pub(super) fn place(&self, name: &PlaceName) -> Option<usize> {
+        match self.places.get(name)?.as_slice() {
+            [one] => Some(*one),
+            _ => None,
+        }
+    }
+
+    /// The block to which a jump at this block goes. Programs of one text do not jump into each other.
+    pub(super) fn find(&self, name: &PlaceName, search: Search, from: usize) -> Option<usize> {
+        let next = self.entries.partition_point(|entry| *entry <= from);
+        let begin = next.checked_sub(1).and_then(|index| self.entries.get(index)).copied().unwrap_or(0);
+        let end = self.entries.get(next).copied().unwrap_or(usize::MAX);
+        let places = self.places.get(name)?;
+        let mut inside = places.iter().copied().filter(|block| (begin..end).contains(block));
+        match search {
+            Search::Forward => inside.find(|block| *block > from),
+            Search::Backward => inside.rfind(|block| *block < from),
+            Search::Around => inside.clone().find(|block| *block > from).or_else(|| inside.next()),
+        }
+    }
+}
+
+fn opened(step: &Step) -> Option<Structure> {
+    match step {
+        Step::Open(kind, _) => Some(*kind),
+        Step::Count { .. } => Some(Structure::For),
+        _ => None,
+    }
+}

@@ -1,0 +1,191 @@
+//! How far the service follows programs that others wrote: whole, in part, not at all; and which construct stops it.
+//! The tables are in `docs/evidence.md`; `BLESS=1` writes them again.
+
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use trunnion::kinematics::Setup;
+use trunnion::machine::RotaryLetter;
+use trunnion::motion::{Interpolation, Unfollowable};
+use trunnion::process::{Interpreted, ProgramSetup, StartPosition, interpret_program};
+
+use crate::set_ups::in_mm;
+use crate::tables::tables;
+use crate::{every_file, shared_file};
+
+/// The folders of programs, and what they are.
+const FOLDERS: [(&str, &str); 6] = [
+    ("5axis", "five-axis programs and their neighbours"),
+    ("other", "ordinary programs"),
+    ("cl", "cutter location data, and programs posted from it"),
+    ("corpus/linuxcnc-interp", "tests of an RS274/NGC interpreter"),
+    ("corpus/cead-sinumerik", "tests of a Sinumerik interpreter"),
+    ("corpus/gcode-rs", "samples of a parser"),
+];
+
+/// Files that no control runs: results, notes, points, tests of mistakes and of spellings.
+const NO_PROGRAMS: [&str; 6] =
+    ["README", "expected", "test.tbl", "zhangty_simple_curve_waypoints.txt", "LICENSE", "gcws_macro7.nc"];
+
+/// How far a program is followed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Reach {
+    Whole,
+    /// All but motions to reference positions and in machine coordinates.
+    ButForRetracts,
+    InPart,
+    LeftUnchanged,
+    Refused,
+    /// It makes no motion.
+    Still,
+}
+
+/// In the order of the table's columns.
+const REACHES: [Reach; 6] =
+    [Reach::Whole, Reach::ButForRetracts, Reach::InPart, Reach::LeftUnchanged, Reach::Refused, Reach::Still];
+
+/// A program, how far it is followed, its motions that are followed, and what stops the others.
+struct Measured {
+    name: String,
+    reach: Reach,
+    followed: u64,
+    in_the_way: BTreeMap<String, u64>,
+}
+
+fn is_program(path: &Path) -> bool {
+    let text = path.to_string_lossy();
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let is_result = matches!(ending, "csv" | "expected" | "md" | "tbl" | "py" | "json");
+    !is_result && !text.contains("/bad/") && !NO_PROGRAMS.iter().any(|name| text.contains(name))
+}
+
+/// The rotary axes of a machine that can run it: those that it names.
+fn letters(text: &[u8]) -> [RotaryLetter; 2] {
+    let is_word = |three: &[u8], letter: u8| {
+        !three[0].is_ascii_alphabetic()
+            && three[1].eq_ignore_ascii_case(&letter)
+            && matches!(three[2], b'0'..=b'9' | b'-' | b'+' | b'.' | b'=')
+    };
+    let names = |letter: u8| text.windows(3).filter(|three| is_word(three, letter)).count() > 2;
+    match (names(b'A'), names(b'B')) {
+        (true, true) => [RotaryLetter::A, RotaryLetter::B],
+        (false, true) => [RotaryLetter::B, RotaryLetter::C],
+        _ => [RotaryLetter::A, RotaryLetter::C],
+    }
+}
+
+/// How the control interpolates, if the program switches its kinematics by a code of the machine's builder.
+fn stated(text: &[u8]) -> Option<Interpolation> {
+    let switches = |four: &[u8]| four.eq_ignore_ascii_case(b"M428");
+    text.windows(4).any(switches).then_some(Interpolation::Tcp)
+}
+
+fn measure(name: String, text: &[u8]) -> Measured {
+    let machine = tables(letters(text), false);
+    let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
+    let program = ProgramSetup { start, interpolation: stated(text), ..in_mm(&Setup::default()) };
+    let (mut followed, mut only_retracts) = (0, true);
+    let mut in_the_way: BTreeMap<String, u64> = BTreeMap::new();
+    let mut take = |told: &Interpreted| {
+        match told {
+            Interpreted::Motion(_) => followed += 1,
+            Interpreted::LeftAlone { reason, .. } => {
+                only_retracts &= matches!(reason, Unfollowable::Reference | Unfollowable::MachineCoordinates);
+                *in_the_way.entry(reason.to_string()).or_default() += 1;
+            }
+        }
+        Ok(())
+    };
+    let stop = || ControlFlow::Continue(());
+    let found = interpret_program(&machine, &program, &text.to_vec(), &mut take, &stop);
+    let reach = match &found {
+        Err(_) => Reach::Refused,
+        Ok(_) if followed == 0 && in_the_way.is_empty() => Reach::Still,
+        Ok(_) if in_the_way.is_empty() => Reach::Whole,
+        Ok(_) if followed > 0 && only_retracts => Reach::ButForRetracts,
+        Ok(_) if followed > 0 => Reach::InPart,
+        Ok(_) => Reach::LeftUnchanged,
+    };
+    if let Err(fault) = found {
+        (followed, in_the_way) = (0, BTreeMap::from([(fault.to_string(), 0)]));
+    }
+    Measured { name, reach, followed, in_the_way }
+}
+
+fn measured(folder: &Path) -> Vec<(&'static str, Vec<Measured>)> {
+    let of_folder = |name: &'static str| {
+        let below = folder.join(name);
+        let files = every_file(&below).into_iter().filter(|path| is_program(path));
+        let measured = files.map(|path| {
+            let inside = path.strip_prefix(&below).unwrap().to_str().unwrap().to_owned();
+            measure(inside, &std::fs::read(&path).unwrap())
+        });
+        (name, measured.collect())
+    };
+    FOLDERS.into_iter().map(|(name, _)| of_folder(name)).collect()
+}
+
+/// The tables as they are in the page.
+fn page(measured: &[(&'static str, Vec<Measured>)]) -> String {
+    let mut page = format!("{BEGIN}\n\n");
+    page.push_str(
+        "| folder | programs | whole | all but retracts | in part | left unchanged | refused | no motion |\n\
+         |---|---|---|---|---|---|---|---|\n",
+    );
+    let count = |programs: &[Measured], reach: Reach| {
+        programs.iter().filter(|program| program.reach == reach).count()
+    };
+    let mut totals = [0; 6];
+    for (name, programs) in measured {
+        let counts = REACHES.map(|reach| count(programs, reach));
+        let what = FOLDERS.iter().find(|(folder, _)| folder == name).unwrap().1;
+        let cells: Vec<String> = counts.iter().map(usize::to_string).collect();
+        writeln!(page, "| `{name}`: {what} | {} | {} |", programs.len(), cells.join(" | ")).unwrap();
+        for (total, count) in totals.iter_mut().zip(counts) {
+            *total += count;
+        }
+    }
+    let cells: Vec<String> = totals.iter().map(usize::to_string).collect();
+    writeln!(page, "| all | {} | {} |", totals.iter().sum::<usize>(), cells.join(" | ")).unwrap();
+    page.push_str("\n| program | motions followed | motions left unchanged, and why |\n|---|---|---|\n");
+    for (folder, programs) in measured {
+        for program in programs.iter().filter(|program| !program.in_the_way.is_empty()) {
+            let mut reasons: Vec<_> = program.in_the_way.iter().collect();
+            reasons.sort_by_key(|(reason, count)| (std::cmp::Reverse(**count), reason.as_str()));
+            let reasons: Vec<String> = reasons
+                .into_iter()
+                .map(|(reason, count)| match count {
+                    0 => format!("refused: {}", reason.replace('|', "/")),
+                    count => format!("{count}: {reason}"),
+                })
+                .collect();
+            writeln!(page, "| `{folder}/{}` | {} | {} |", program.name, program.followed, reasons.join("; "))
+                .unwrap();
+        }
+    }
+    write!(page, "\n{END}").unwrap();
+    page
+}
+
+const BEGIN: &str = "<!-- written by tests/corpus/reach.rs -->";
+const END: &str = "<!-- end of what it writes -->";
+
+#[test]
+fn the_tables_of_how_far_programs_are_followed_are_those_of_the_page() {
+    let Some(folder) = shared_file("programs") else { return };
+    let measured = measured(&folder);
+    let found = page(&measured);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/evidence.md");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let from = text.find(BEGIN).expect("the page has a place for the tables");
+    let to = text.find(END).expect("the place ends") + END.len();
+    if std::env::var_os("BLESS").is_some() {
+        std::fs::write(&path, [&text[..from], &found, &text[to..]].concat()).unwrap();
+        return;
+    }
+    assert!(text[from..to] == found, "docs/evidence.md has other tables; BLESS=1 writes them:\n{found}");
+}

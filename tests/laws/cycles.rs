@@ -1,0 +1,143 @@
+//! Canned cycles are the motions that they make: those of the same holes written out.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test stops at the first surprise, helpers included"
+)]
+
+use std::ops::ControlFlow;
+
+use trunnion::kinematics::Setup;
+use trunnion::machine::{Machine, Preset};
+use trunnion::motion::Unfollowable;
+use trunnion::process::{Interpreted, InterpretedKind, ProgramSetup, interpret_program};
+use trunnion::program::Dialect;
+
+fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    let program = ProgramSetup {
+        dialect: Some(dialect),
+        apply_errors: false,
+        ..ProgramSetup::in_mm(&Setup::default())
+    };
+    let mut all = Vec::new();
+    let mut take = |told: &Interpreted| {
+        all.push(*told);
+        Ok(())
+    };
+    let source = text.as_bytes().to_vec();
+    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
+    all
+}
+
+/// Kind, X Y Z and feed of every motion.
+fn motions(dialect: Dialect, text: &str) -> Vec<(InterpretedKind, [Option<f64>; 3], Option<f64>)> {
+    let told = understood(dialect, text).into_iter().map(|told| match told {
+        Interpreted::Motion(motion) => {
+            let [x, y, z, ..] = motion.joints;
+            (motion.kind, [x, y, z], motion.feed_mm_per_min)
+        }
+        Interpreted::LeftAlone { line, reason } => panic!("{text}\nline {line}: {reason}"),
+    });
+    told.collect()
+}
+
+const START: &str = "G90 G17 G94 G0 X0 Y0 Z50 A0 C0\n";
+
+/// Blocks with cycles, and the same holes written out.
+const ALIKE: [(&str, &str); 9] = [
+    (
+        "G98 G81 X1 Y2 Z-5 R3 F100\nX4\nG80\nG0 X9\n",
+        "X1 Y2\nZ3\nG1 Z-5 F100\nG0 Z50\nX4\nZ3\nG1 Z-5\nG0 Z50\nX9\n",
+    ),
+    ("G99 G82 Z-5 R3 P500 F100\nY7\nG80 X9\nG0 X9", "Z3\nG1 Z-5 F100\nG0 Z3\nY7\nG1 Z-5\nG0 Z3\nX9\n"),
+    ("G98\nG83 X1 Z-5 R3 Q2 F100\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nG0 Z50\nX9\n"),
+    ("G99 G85 X1 Z-5 R3 F100\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nZ3\nG0 X9\n"),
+    // R and the depth count from each other in G91, and the place moves on.
+    (
+        "G98 G91 G81 X1 Z-8 R-47 L2 F100\nG90 G0 X9\n",
+        "X1\nZ3\nG1 Z-5 F100\nG0 Z50\nX2\nZ3\nG1 Z-5\nG0 Z50\nX9\n",
+    ),
+    // The axis of the plane.
+    ("G18 G99 G81 X1 Y-5 R-2 F100\nG0 X9\n", "X1\nY-2\nG1 Y-5 F100\nG0 Y-2\nX9\n"),
+    // The level at which the series began, not the one before the block.
+    ("G99 G81 X1 Z-5 R3 F100\nG98 X2\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nG0 Z3\nX2\nG1 Z-5\nG0 Z50\nX9\n"),
+    // Another cycle states its values again.
+    ("G99 G81 X1 Z-5 R3 F100\nG86 Z-6 R3\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nG0 Z3\nG1 Z-6\nG0 Z3\nX9\n"),
+    // Without G98 and G99 the level is known if both are the same.
+    ("G0 Z3\nG81 X1 Z-5 R3 F100\nG0 X9\n", "Z3\nX1\nG1 Z-5 F100\nG0 Z3\nX9\n"),
+];
+
+#[test]
+fn a_cycle_makes_the_motions_of_its_hole_written_out() {
+    for (cycles, written_out) in ALIKE {
+        // `G80 X9` is a motion whose mode is not known.
+        let cycles = cycles.replace("G80 X9\n", "G80\n");
+        let cycles = format!("{START}{cycles}");
+        assert_eq!(
+            motions(Dialect::Iso, &cycles),
+            motions(Dialect::Iso, &format!("{START}G0 {written_out}")),
+            "{cycles}"
+        );
+    }
+}
+
+/// Blocks whose cycle is left alone, after which the drilled axis is not known.
+const LEFT_ALONE: [&str; 16] = [
+    // No level of retraction, another sense, not below the plane, below the plane before it.
+    "G81 X1 Z-5 R3 F100\n",
+    "G98 G81 X1 Z5 R3 F100\n",
+    "G98 G81 X1 Z-5 R60 F100\n",
+    "G98 G91 G81 X1 Z8 R-47 F100\n",
+    // Nothing states R or the depth.
+    "G98 G81 X1 R3 F100\n",
+    "G98 G81 X1 Z-5 F100\n",
+    // Controls differ in the way up, in what is kept, in a repetition of none.
+    "G98 G85 X1 Z-5 R3 F100\n",
+    "G98 G76 X1 Z-5 R3 Q1 F100\n",
+    "G98 G87 X1 Z-5 R3 F100\n",
+    "G98 G88 X1 Z-5 R3 F100\n",
+    "G98 G81 X1 Z-5 R3 L0 F100\n",
+    "G98 G81 X1 Z-5 R3 L2 K2 F100\n",
+    // Rotary words, incremental time, unknown values.
+    "G98 G81 X1 Z-5 R3 C10 F100\n",
+    "G93 G98 G81 X1 Z-5 R3 F100\n",
+    "G98 G81 X1 Z#500 R3 F100\n",
+    "G98 G81 X#500 Z-5 R3 F100\n",
+];
+
+#[test]
+fn a_cycle_that_controls_run_differently_is_left_alone() {
+    for cycle in LEFT_ALONE {
+        let found = understood(Dialect::Iso, &format!("{START}{cycle}G90 G94 G0 X9\n"));
+        let reasons: Vec<_> = found
+            .iter()
+            .filter_map(|told| match told {
+                Interpreted::LeftAlone { reason, .. } => Some(*reason),
+                Interpreted::Motion(_) => None,
+            })
+            .collect();
+        assert_eq!(reasons, [Unfollowable::CannedCycle], "{cycle}");
+        let Some(Interpreted::Motion(last)) = found.last() else { panic!("{cycle}") };
+        assert_eq!(last.joints[2], None, "{cycle}");
+    }
+}
+
+#[test]
+fn a_thread_is_left_alone_and_its_end_is_known() {
+    let found = understood(Dialect::Iso, &format!("{START}G98 G84 X1 Z-5 R3 F100\nX2\nG0 X9\n"));
+    assert!(matches!(found[1], Interpreted::LeftAlone { line: 2, reason: Unfollowable::CannedCycle }));
+    assert!(matches!(found[2], Interpreted::LeftAlone { line: 3, .. }));
+    let Interpreted::Motion(last) = found[3] else { panic!("{found:?}") };
+    assert_eq!(last.joints, [Some(9.0), Some(0.0), Some(50.0), Some(0.0), Some(0.0)]);
+}
+
+#[test]
+fn words_of_cycles_without_a_place_make_the_level_unknown() {
+    for words in ["R2\n", "Q1\n", "K2\n"] {
+        let found = understood(Dialect::Iso, &format!("{START}G99 G81 X1 Z-5 R3 F100\n{words}G0 X9\n"));
+        let Some(Interpreted::Motion(last)) = found.last() else { panic!("{words}") };
+        assert_eq!(last.joints[2], None, "{words}");
+    }
+}
