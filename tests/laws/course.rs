@@ -222,3 +222,30 @@ fn steps_that_write_refuse_what_only_a_run_shows() {
     let refused = refused.expect_err("a program with a loop").to_string();
     assert!(refused.contains("line 2") && refused.contains("control flow"), "{refused}");
 }
+
+#[test]
+fn however_a_text_is_made_its_run_costs_no_more_than_its_steps() {
+    let head = "G0 X0 Y0 Z5 A0 C0\nG1 F100\n";
+    // A hundred thousand blocks of one number, and a jump that passes over them again and again.
+    let alike =
+        format!("{head}{}#1=0\nN2 #1=[#1+1]\nIF [#1 LT 200000] GOTO 2\nM2\n", "N1 X1\n".repeat(100_000));
+    let told = refusal(Dialect::Iso, &alike.replace("GOTO 2", "GOTO 1"));
+    assert!(told.contains("1000000"), "{told}");
+    assert_eq!(places(Dialect::Iso, &alike).len(), 100_001);
+    // Branches that are all asked for every time.
+    let branches = "o1 elseif [#1 LT 0]\n".repeat(20_000);
+    let asked = format!("{head}#1=0\no9 while [1]\no1 if [#1 LT 0]\n{branches}o1 endif\no9 endwhile\nM2\n");
+    let told = refusal(Dialect::Iso, &asked);
+    assert!(told.contains("1000000"), "{told}");
+    // More structures inside each other than are followed.
+    let nested = |count: usize| {
+        let opened: String = (0..count).map(|at| format!("o{at} if [1]\n")).collect();
+        let closed: String = (0..count).rev().map(|at| format!("o{at} endif\n")).collect();
+        format!("{head}{opened}X1\n{closed}X2\nM2\n")
+    };
+    assert_eq!(places(Dialect::Iso, &nested(256)).len(), 3);
+    assert!(refusal(Dialect::Iso, &nested(258)).contains("line 3"));
+    // A text of more blocks than are kept.
+    let long = format!("{head}{}o1 repeat [2]\nX2\no1 endrepeat\nM2\n", "X1\n".repeat(250_000));
+    assert!(refusal(Dialect::Iso, &long).contains("o1 repeat"));
+}

@@ -7,6 +7,8 @@ use crate::program::{Batch, Dialect, ProgramRun, ReadLimits, Reader};
 /// The longest program whose loops and calls are followed \[bytes\]. Of a longer one nothing is known after a call, and
 /// loops refuse it.
 const MAX_BYTES: usize = 4 * 1024 * 1024;
+/// The most blocks of such a program. They stay in memory while it is followed.
+const MAX_BLOCKS: usize = 250_000;
 
 /// The run of a program from the block that begins at this byte of its text on; `None` if the text is too long.
 pub(super) fn run_from(
@@ -18,7 +20,7 @@ pub(super) fn run_from(
     let mut input = source.open()?;
     let mut chunk = vec![0; CHUNK_BYTES];
     let (mut batches, mut batch) = (Vec::new(), Batch::new());
-    let mut bytes = 0;
+    let (mut bytes, mut blocks) = (0, 0);
     loop {
         let count = read_some(&mut *input, &mut chunk)?;
         bytes += count;
@@ -30,6 +32,10 @@ pub(super) fn run_from(
             _ => reader.finish(),
         }
         while reader.next_batch(&mut batch)? {
+            blocks += batch.blocks().len();
+            if blocks > MAX_BLOCKS {
+                return Ok(None);
+            }
             batches.push(std::mem::take(&mut batch));
         }
         if count == 0 {

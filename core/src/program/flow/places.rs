@@ -13,7 +13,12 @@ pub(super) struct Turn {
     /// The statement that belongs to it, by its index: of an opening one the next branch or the end, of a closing one
     /// the beginning, of a `BREAK` and a `CONTINUE` the beginning of their loop.
     pub(super) partner: Option<usize>,
+    /// The end of the structure that it opens or branches, by its index.
+    end: Option<usize>,
 }
+
+/// The most structures inside each other whose statements are joined. In a program with more, none are followed.
+const MAX_NESTED: usize = 256;
 
 /// All of them, in the order of the text.
 #[derive(Debug, Default)]
@@ -47,12 +52,13 @@ impl Turns {
                     turns.entries.push(index);
                 }
                 if statement.step != Step::Plain {
-                    turns.list.push(Turn { block: index, statement, partner: None });
+                    turns.list.push(Turn { block: index, statement, partner: None, end: None });
                 }
                 index += 1;
             }
         }
         turns.find_partners();
+        turns.find_ends();
         turns
     }
 
@@ -63,6 +69,10 @@ impl Turns {
         for index in 0..self.list.len() {
             let Some(turn) = self.list.get(index) else { break };
             let Statement { name, step, .. } = turn.statement.clone();
+            if open.len() > MAX_NESTED {
+                self.list.iter_mut().for_each(|turn| turn.partner = None);
+                return;
+            }
             let innermost = open.last().copied();
             let matches = |first: usize, wanted: &dyn Fn(Structure) -> bool| {
                 self.list.get(first).is_some_and(|turn| {
@@ -144,18 +154,28 @@ impl Turns {
         self.list.partition_point(|turn| turn.block < block)
     }
 
-    /// The end of the structure that this statement opens or branches.
-    pub(super) fn end_of(&self, index: usize) -> Option<usize> {
-        let mut at = index;
-        loop {
-            let turn = self.list.get(at)?;
-            match turn.statement.step {
-                Step::Close(..) => return Some(at),
-                // The end of `DO` is the `WHILE` whose partner is before it.
-                Step::Open(Structure::While, _) if at != index && turn.partner < Some(at) => return Some(at),
-                _ => at = turn.partner.filter(|next| *next > at)?,
+    /// Finds the end of every structure, from the last statement on.
+    fn find_ends(&mut self) {
+        for at in (0..self.list.len()).rev() {
+            let next = self.list.get(at).and_then(|turn| turn.partner).filter(|next| *next > at);
+            let end = next.and_then(|next| {
+                let turn = self.list.get(next)?;
+                match turn.statement.step {
+                    Step::Close(..) => Some(next),
+                    // The end of `DO` is the `WHILE` whose partner is before it.
+                    Step::Open(Structure::While, _) if turn.partner < Some(next) => Some(next),
+                    _ => turn.end,
+                }
+            });
+            if let Some(turn) = self.list.get_mut(at) {
+                turn.end = end;
             }
         }
+    }
+
+    /// The end of the structure that this statement opens or branches.
+    pub(super) fn end_of(&self, index: usize) -> Option<usize> {
+        self.list.get(index)?.end
     }
 
     /// The subprogram of this name, by the index of its turn, if it is there once.
@@ -180,11 +200,16 @@ impl Turns {
         let begin = next.checked_sub(1).and_then(|index| self.entries.get(index)).copied().unwrap_or(0);
         let end = self.entries.get(next).copied().unwrap_or(usize::MAX);
         let places = self.places.get(name)?;
-        let mut inside = places.iter().copied().filter(|block| (begin..end).contains(block));
+        let inside = |found: Option<&usize>| found.copied().filter(|block| (begin..end).contains(block));
+        let later = || inside(places.get(places.partition_point(|block| *block <= from)));
+        let first = || inside(places.get(places.partition_point(|block| *block < begin)));
         match search {
-            Search::Forward => inside.find(|block| *block > from),
-            Search::Backward => inside.rfind(|block| *block < from),
-            Search::Around => inside.clone().find(|block| *block > from).or_else(|| inside.next()),
+            Search::Forward => later(),
+            Search::Backward => {
+                let before = places.partition_point(|block| *block < from).checked_sub(1);
+                inside(before.and_then(|before| places.get(before)))
+            }
+            Search::Around => later().or_else(first),
         }
     }
 }

@@ -12,6 +12,8 @@ use crate::program::{
 /// The most blocks and statements that a program runs. A control has no such bound, but a program that reaches this one
 /// is most likely one that never ends.
 const MAX_STEPS: u64 = 1_000_000;
+/// Bytes of an expression that count as one more statement.
+const STEP_BYTES: u64 = 32;
 /// The most calls inside each other. Controls allow between 4 and 16.
 const MAX_CALLS: usize = 32;
 
@@ -199,9 +201,10 @@ impl ProgramRun {
         Excerpt::new(self.text().trim_ascii())
     }
 
-    /// The value of a piece of the present block.
+    /// The value of a piece of the present block. A long expression counts as several statements.
     fn value(&mut self, piece: Piece) -> Option<f64> {
         let text = piece.of(self.text()).trim_ascii().to_vec();
+        self.steps += text.len() as u64 / STEP_BYTES;
         self.constants.value(&text)
     }
 
@@ -291,6 +294,7 @@ impl ProgramRun {
     fn branch(&mut self, mut partner: Option<usize>) -> Course {
         while let Some(turn) = partner.and_then(|index| self.turns.get(index)) {
             let block = turn.block;
+            self.steps += 1;
             match turn.statement.step {
                 Step::Else(Some(piece)) => {
                     let after = turn.partner;
