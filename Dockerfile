@@ -27,6 +27,7 @@ COPY .sqlx .sqlx
 COPY migrations migrations
 COPY openapi openapi
 COPY docs/examples docs/examples
+COPY page/dist page/dist
 COPY core core
 COPY src src
 # The sources are newer than the stand-ins, whatever their time stamps say.

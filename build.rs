@@ -1,7 +1,8 @@
-//! Compresses what the binary serves as it is: the description of the interface, and the files of its pages. Builds
-//! again when a migration is added: the files are compiled into the binary.
+//! Compresses what the binary serves as it is: the description of the interface, the files of its pages, and the page.
+//! Builds again when a migration is added: the files are compiled into the binary.
 
 use std::error::Error;
+use std::fmt::Write;
 use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -13,8 +14,8 @@ use zip::ZipArchive;
 
 /// The description, which `src/http/openapi/tests.rs` compares with the routes.
 const DESCRIPTION: &str = "openapi/trunnion.json";
-/// The files that the pages load. The archive has as many again, for other uses.
-const PAGES: [&str; 6] = [
+/// The files that `/docs` loads. The archive has as many again, for other uses.
+const DOCS: [&str; 6] = [
     "favicon-16x16.png",
     "favicon-32x32.png",
     "index.css",
@@ -23,12 +24,16 @@ const PAGES: [&str; 6] = [
     "swagger-ui.css",
 ];
 
+/// The page as `page/build.mjs` made it. It is committed, so that a build needs no Node.
+const PAGE: &str = "page/dist";
+
 fn main() -> Result<(), Box<dyn Error>> {
-    for changed in ["build.rs", "migrations", DESCRIPTION] {
+    for changed in ["build.rs", "migrations", DESCRIPTION, PAGE] {
         println!("cargo:rerun-if-changed={changed}");
     }
     let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("cargo gives no OUT_DIR")?);
     compress(File::open(DESCRIPTION)?, &out.join("trunnion.json.gz"))?;
+    embed_page(&out)?;
     let mut archive = ZipArchive::new(Cursor::new(SWAGGER_UI_VENDORED))?;
     let mut found = 0;
     for index in 0..archive.len() {
@@ -37,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         // The folder above carries the version in its name.
         let is_of_pages =
             path.parent().is_some_and(|folder| folder.ends_with("dist") && folder.iter().count() == 2);
-        let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|name| PAGES.contains(name))
+        let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|name| DOCS.contains(name))
         else {
             continue;
         };
@@ -46,7 +51,35 @@ fn main() -> Result<(), Box<dyn Error>> {
             found += 1;
         }
     }
-    if found == PAGES.len() { Ok(()) } else { Err("the archive of the pages lacks a file".into()) }
+    if found == DOCS.len() { Ok(()) } else { Err("the archive of the pages lacks a file".into()) }
+}
+
+/// Compresses the files of the page, and writes the table that names them for `src/http/page.rs`.
+fn embed_page(out: &Path) -> Result<(), Box<dyn Error>> {
+    let mut names = std::fs::read_dir(PAGE)?
+        .map(|entry| entry?.file_name().into_string().map_err(|name| format!("{}", name.display()).into()))
+        .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+    names.sort();
+    let mut table = format!("static FILES: [(&str, Embedded); {}] = [\n", names.len());
+    for name in names {
+        let kind = match name.rsplit('.').next() {
+            Some("html") => "text/html; charset=utf-8",
+            Some("js") => "text/javascript; charset=utf-8",
+            Some("css") => "text/css; charset=utf-8",
+            Some("svg") => "image/svg+xml",
+            Some("txt") => "text/plain; charset=utf-8",
+            _ => return Err(format!("{PAGE}/{name} has no known media type").into()),
+        };
+        let compressed = format!("page-{name}.gz");
+        compress(File::open(Path::new(PAGE).join(&name))?, &out.join(&compressed))?;
+        writeln!(
+            table,
+            "    ({name:?}, Embedded::new({kind:?}, include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{compressed}\")))),"
+        )?;
+    }
+    table.push_str("];\n");
+    std::fs::write(out.join("page_files.rs"), table)?;
+    Ok(())
 }
 
 /// The same input gives the same bytes: no time stamp, no name.

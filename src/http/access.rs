@@ -62,6 +62,7 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
 fn is_open(route: &str) -> bool {
     const OPEN: &[&str] = &[
         "/",
+        "/page/{name}",
         "/healthz",
         "/readyz",
         "/v1/version",

@@ -20,6 +20,11 @@ const OF_PAGES: HeaderValue = HeaderValue::from_static(
 const OF_DOCS: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; font-src 'self'; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
 );
+/// The page runs only its own scripts and styles, sends requests only to this service, and shows figures that it
+/// fetched.
+const OF_THE_PAGE: HeaderValue = HeaderValue::from_static(
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+);
 /// For a year, a browser uses only TLS for this service.
 const FOR_A_YEAR: HeaderValue = HeaderValue::from_static("max-age=31536000");
 const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resource-policy");
@@ -27,11 +32,14 @@ const RESOURCE_POLICY: HeaderName = HeaderName::from_static("cross-origin-resour
 /// Adds the protecting headers to an answer. `route` is the pattern that the request matched.
 pub(super) fn guard_answer(response: &mut Response, route: Option<&str>, tls: bool) {
     let is_docs = route.is_some_and(|route| route.starts_with("/docs"));
+    let is_page = route.is_some_and(|route| route == "/" || route.starts_with("/page/"));
     let status = response.status();
     let headers = response.headers_mut();
     let kind = headers.get(CONTENT_TYPE).map_or(&b""[..], HeaderValue::as_bytes);
     let policy = if is_docs && status.is_success() {
         OF_DOCS
+    } else if is_page && status.is_success() && !kind.starts_with(b"application/json") {
+        OF_THE_PAGE
     } else if kind.starts_with(b"text/html") || kind.starts_with(b"image/svg+xml") {
         OF_PAGES
     } else {
@@ -81,6 +89,9 @@ mod tests {
             ("image/svg+xml", "/v1/jobs/{id}/plot", &OF_PAGES),
             ("text/html; charset=utf-8", "/problems", &OF_PAGES),
             ("text/html", "/docs/", &OF_DOCS),
+            ("text/html; charset=utf-8", "/", &OF_THE_PAGE),
+            ("text/javascript", "/page/{name}", &OF_THE_PAGE),
+            ("application/json", "/", &OF_DATA),
         ] {
             let answer = guarded(kind, None, route, false);
             assert_eq!(answer.headers()[CONTENT_SECURITY_POLICY], policy, "{route}");

@@ -37,6 +37,7 @@ mod note_refusal;
 pub mod observation;
 #[cfg(test)]
 mod openapi;
+mod page;
 mod pages;
 mod paging;
 mod printed;

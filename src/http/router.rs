@@ -2,16 +2,15 @@
 
 use axum::Router;
 
-use super::docs::{self, UNDESCRIBED};
 use super::observation::Operations;
 use super::routes::routes;
-use super::{AppState, edge};
+use super::{AppState, docs, edge, page};
 
 /// The whole service.
 pub fn router(app: AppState) -> Router {
     let routes = routes();
-    app.serve_operations(|| Operations::new(routes.operations().chain(UNDESCRIBED)));
-    behind_the_edge(routes.into_router().merge(docs::router()), app)
+    app.serve_operations(|| Operations::new(routes.operations().chain(docs::UNDESCRIBED).chain(page::UNDESCRIBED)));
+    behind_the_edge(routes.into_router().merge(docs::router()).merge(page::router()), app)
 }
 
 /// These routes, with all steps that a request passes on its way to a handler.

@@ -1,23 +1,19 @@
-//! The first page, the description of the interface, and the pages that show it. They are in the binary, and need
-//! nothing from elsewhere.
+//! The description of the interface, and the pages that show it. They are in the binary, and need nothing from
+//! elsewhere.
 
 use axum::Router;
 use axum::extract::Path;
-use axum::response::{Html, IntoResponse, Redirect, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::get;
-use http::header::VARY;
-use http::{HeaderMap, HeaderValue};
-use serde_json::json;
+use http::HeaderMap;
 
 use super::AppState;
 use super::embedded::{Embedded, embedded};
-use super::extract::Json;
 use super::negotiate::choose;
 use super::problem::{Problem, ProblemType};
 
 /// Routes that the description does not contain, with ids of their own.
-pub(super) const UNDESCRIBED: [(&str, &str, &str); 5] = [
-    ("GET", "/", "get_home"),
+pub(super) const UNDESCRIBED: [(&str, &str, &str); 4] = [
     ("GET", "/openapi.json", "get_openapi"),
     ("GET", "/docs", "get_docs"),
     ("GET", "/docs/", "get_docs"),
@@ -27,8 +23,6 @@ pub(super) const UNDESCRIBED: [(&str, &str, &str); 5] = [
 /// The description, as `openapi/tests.rs` compares it with the routes.
 static DESCRIPTION: Embedded = embedded!("application/json", "trunnion.json.gz");
 
-const HOME: &str = include_str!("home.html");
-const VERSION: &str = env!("CARGO_PKG_VERSION");
 const PAGE: &str = include_str!("index.html");
 const INITIALIZER: &str = include_str!("swagger-initializer.js");
 const HTML: &str = "text/html; charset=utf-8";
@@ -47,7 +41,6 @@ static FILES: [(&str, Embedded); 6] = [
 /// The routes of the description and its pages.
 pub(super) fn router() -> Router<AppState> {
     Router::new()
-        .route("/", get(home))
         .route("/openapi.json", get(description))
         .route("/docs", get(|| async { Redirect::to("/docs/") }))
         .route("/docs/", get(|| async { text(HTML, PAGE) }))
@@ -82,26 +75,4 @@ async fn file(Path(name): Path<String>, headers: HeaderMap) -> Result<Response, 
 
 fn text(kind: &'static str, text: &'static str) -> Response {
     ([(http::header::CONTENT_TYPE, kind)], text).into_response()
-}
-
-/// A page for a browser, and an index for every other client.
-async fn home(headers: HeaderMap) -> Result<Response, Problem> {
-    let chosen = choose(&headers, &["application/json", "text/html"])?;
-    let mut response = if chosen == "text/html" {
-        Html(HOME.replace("{version}", VERSION)).into_response()
-    } else {
-        Json(json!({
-            "name": "trunnion",
-            "version": VERSION,
-            "documentation": "/docs/",
-            "description": "/openapi.json",
-            "problems": "/problems",
-            "metrics": "/metrics",
-            "health": "/healthz",
-            "readiness": "/readyz",
-        }))
-        .into_response()
-    };
-    response.headers_mut().insert(VARY, HeaderValue::from_static("accept"));
-    Ok(response)
 }

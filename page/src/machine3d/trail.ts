@@ -1,0 +1,48 @@
+// The tool path as a coloured line, once with the deviation before and once with the deviation after.
+
+import { Color, Group, SRGBColorSpace, Vector3 } from "three";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { colour } from "../settings/theme";
+import type { Pose } from "./poses";
+import { shade } from "./scale";
+
+export class Trail {
+  readonly all = new Group();
+  readonly #before: LineSegments2;
+  readonly #after: LineSegments2;
+
+  constructor(poses: Pose[], before: (line: number) => number, after: (line: number) => number, top: number) {
+    const cuts = poses.slice(1).map((to, index) => ({ from: poses[index] as Pose, to }));
+    const feed = cuts.filter(({ to }) => !to.rapid);
+    this.#before = segments(feed, (line) => shade(before(line) / top), 4);
+    this.#after = segments(feed, (line) => shade(after(line) / top), 4);
+    const grey = new Color(colour("dim"));
+    const rapid = segments(cuts.filter(({ to }) => to.rapid), () => [grey.r, grey.g, grey.b], 1);
+    this.all.add(this.#before, this.#after, rapid);
+  }
+
+  show(which: "before" | "after"): void {
+    this.#before.visible = which === "before";
+    this.#after.visible = which === "after";
+  }
+}
+
+function segments(cuts: { from: Pose; to: Pose }[], paint: (line: number) => [number, number, number], width: number): LineSegments2 {
+  const places: number[] = [];
+  const colours: number[] = [];
+  const kept = new Vector3();
+  const mixed = new Color();
+  for (const { from, to } of cuts) {
+    kept.copy(from.tip);
+    places.push(kept.x, kept.y, kept.z, to.tip.x, to.tip.y, to.tip.z);
+    mixed.setRGB(...paint(to.line), SRGBColorSpace);
+    for (let end = 0; end < 2; end += 1) colours.push(mixed.r, mixed.g, mixed.b);
+  }
+  const geometry = new LineSegmentsGeometry();
+  if (places.length > 0) geometry.setPositions(places).setColors(colours);
+  const line = new LineSegments2(geometry, new LineMaterial({ linewidth: width, vertexColors: true }));
+  line.visible = places.length > 0;
+  return line;
+}

@@ -1,0 +1,84 @@
+// The frame: header, the view of the address, and the foot.
+
+import { render } from "preact";
+import { useEffect } from "preact/hooks";
+import { json } from "./api/client";
+import { useAsked } from "./api/use";
+import { Header } from "./Header";
+import { Empty } from "./parts/parts";
+import { place, to } from "./router";
+import { texts } from "./texts";
+import { Guide } from "./tour/Guide";
+import { Calibrate } from "./views/calibrate/Calibrate";
+import { Compensate } from "./views/compensate/Compensate";
+import { Jobs } from "./views/jobs/Jobs";
+import { JobView } from "./views/jobs/JobView";
+import { MachinePage } from "./views/machines/MachinePage";
+import { Machines } from "./views/machines/Machines";
+import { NewMachine } from "./views/machines/NewMachine";
+import { Overview } from "./views/overview/Overview";
+import { Servo } from "./views/servo/Servo";
+import { Wear } from "./views/wear/Wear";
+
+function View() {
+  const t = texts.value;
+  const [view, first, second] = place.value.parts;
+  useEffect(() => {
+    const name = view && view in t.nav ? t.nav[view as "jobs"] : t.nav.overview;
+    document.title = `${name} · Trunnion`;
+  }, [view, t]);
+  switch (view) {
+    case undefined:
+      return <Overview />;
+    case "compensate":
+      return <Compensate />;
+    case "machines":
+      return first === "+" ? <NewMachine /> : first ? <MachinePage key={first} id={first} /> : <Machines />;
+    case "jobs":
+      return first ? <JobView key={first} id={first} /> : <Jobs />;
+    case "calibrate":
+      return <Calibrate id={first} run={second} />;
+    case "servo":
+      return <Servo id={first} />;
+    case "wear":
+      return <Wear id={first} tool={second} />;
+    default:
+      return (
+        <Empty what={t.common.unknownView}>
+          <a class="button" href={to()}>
+            {t.common.toOverview}
+          </a>
+        </Empty>
+      );
+  }
+}
+
+function Foot() {
+  const t = texts.value.nav;
+  const asked = useAsked((signal) => json<{ version: string }>("/v1/version", { signal }), []);
+  return (
+    <footer class="foot noprint">
+      <span>{asked.data ? t.version(asked.data.version) : "Trunnion"}</span>
+      <a href="/docs/">{t.docs}</a>
+      <a href="/problems">{t.problems}</a>
+      <a href="/metrics">{t.metrics}</a>
+      <a href="/page/LICENSES.txt">{t.licences}</a>
+    </footer>
+  );
+}
+
+function Page() {
+  return (
+    <>
+      <Header />
+      <main id="main" tabIndex={-1}>
+        <View />
+      </main>
+      <Foot />
+      <Guide />
+    </>
+  );
+}
+
+const root = document.getElementById("page");
+if (root) render(<Page />, root);

@@ -1,0 +1,138 @@
+import { download, json } from "../../api/client";
+import { key } from "../../api/key";
+import { machine as machineOf, machinePath } from "../../api/machines";
+import type { Calibration } from "../../api/types";
+import { useAsked } from "../../api/use";
+import { moment } from "../../parts/format";
+import { Figure } from "../../parts/Figure";
+import { Num } from "../../parts/Num";
+import { Card, Got, Head } from "../../parts/parts";
+import { to } from "../../router";
+import { texts } from "../../texts";
+import { Apply } from "./Apply";
+import { ErrorBars } from "./ErrorBars";
+import { Residuals } from "./Residuals";
+
+export function RunView({ id, run }: { id: string; run: string }) {
+  const t = texts.value.calibrate;
+  const path = `${machinePath(id)}/calibrations/${run}`;
+  const asked = useAsked(
+    async (signal) => {
+      const [calibration, tagged] = await Promise.all([json<Calibration>(path, { signal }), machineOf(id, signal)]);
+      return { calibration, tagged };
+    },
+    [id, run],
+  );
+  return (
+    <>
+      <p class="crumbs noprint">
+        <a href={to("calibrate", id)}>{t.title}</a>
+      </p>
+      <Got asked={asked}>
+        {({ calibration, tagged }) => (
+          <>
+            <Head
+              title={`${t.kinds[calibration.kind]}, ${moment(calibration.measured_at)}`}
+              lead={[tagged.machine.name, calibration.instrument, calibration.operator].filter(Boolean).join(" · ")}
+            >
+              {tagged.calibration === run && <span class="badge ok">{t.applied}</span>}
+              <Report path={path} run={run} />
+            </Head>
+            <div class="grid">
+              <Facts run={calibration} />
+              <Apply tagged={tagged} run={calibration} again={asked.again} />
+              <Blind run={calibration} />
+            </div>
+            <ErrorBars run={calibration} machine={tagged.machine} />
+            {calibration.eccentricities_um && (
+              <Card title={t.eccentricities}>
+                <Figure path={`${path}?plot=eccentricities`} alt={t.eccentricities} />
+              </Card>
+            )}
+            {calibration.tests && calibration.tests.length > 0 && <Residuals path={path} tests={calibration.tests} />}
+          </>
+        )}
+      </Got>
+    </>
+  );
+}
+
+/** The printed report. With a key it is saved, because the address alone does not open it. */
+function Report({ path, run }: { path: string; run: string }) {
+  const t = texts.value.calibrate;
+  if (!key.value)
+    return (
+      <a class="button noprint" href={path} target="_blank" rel="noreferrer">
+        {t.report}
+      </a>
+    );
+  return (
+    <button type="button" class="noprint" onClick={() => void download(path, "text/html", `${run}.html`)}>
+      {t.report}
+    </button>
+  );
+}
+
+function Facts({ run }: { run: Calibration }) {
+  const t = texts.value.calibrate;
+  return (
+    <Card title={texts.value.result.values}>
+      <dl class="facts">
+        <div data-row="residual_rms_um">
+          <dt>{t.residual}</dt>
+          <dd>
+            <Num value={run.residual_rms_um} unit="µm" />
+          </dd>
+        </div>
+        <div>
+          <dt>{t.rank}</dt>
+          <dd class="num">
+            {run.rank} / {run.unknowns}
+          </dd>
+        </div>
+        <div>
+          <dt>{t.condition}</dt>
+          <dd>
+            <Num value={run.condition_number} />
+          </dd>
+        </div>
+        <div>
+          <dt>{t.temperature}</dt>
+          <dd>
+            <Num value={run.temperature_c} unit="°C" text={(value) => value.toFixed(1)} />
+          </dd>
+        </div>
+      </dl>
+      {run.note && <p class="hint">{run.note}</p>}
+      <p class="hint">
+        {texts.value.common.revision(run.machine_revision)} · <code>{run.id}</code>
+      </p>
+    </Card>
+  );
+}
+
+function Blind({ run }: { run: Calibration }) {
+  const t = texts.value.calibrate;
+  if (run.blind.length === 0 && run.warnings.length === 0) return null;
+  return (
+    <Card title={run.blind.length > 0 ? t.cannot : t.warnings}>
+      <ul class="warnings">
+        {run.blind.map((blind) => (
+          <li key={blind.words}>
+            <p>{blind.words}</p>
+            {blind.separated_by && (
+              <p class="hint">
+                {t.further}: {blind.separated_by}
+              </p>
+            )}
+          </li>
+        ))}
+        {run.warnings.map((warning) => (
+          <li key={warning.detail}>
+            <p>{warning.detail}</p>
+          </li>
+        ))}
+      </ul>
+    </Card>
+  );
+}

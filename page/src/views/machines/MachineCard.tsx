@@ -1,0 +1,54 @@
+import { jobs as jobsOf } from "../../api/jobs";
+import { calibrations, machine as machineOf } from "../../api/machines";
+import type { Machine } from "../../api/types";
+import { useAsked } from "../../api/use";
+import { moment } from "../../parts/format";
+import { State } from "../../parts/parts";
+import { to } from "../../router";
+import { texts } from "../../texts";
+import { judge } from "./light";
+
+/** A machine with its light, and the reasons of the light in words. */
+export function MachineCard({ machine }: { machine: Machine }) {
+  const t = texts.value;
+  const asked = useAsked(
+    async (signal) => {
+      const [runs, last, tagged] = await Promise.all([
+        calibrations(machine.machine_id, 1),
+        jobsOf({ machine_id: machine.machine_id, limit: 10 }, signal),
+        machineOf(machine.machine_id, signal),
+      ]);
+      return { newest: runs.items[0] ?? null, jobs: last.items, applied: tagged.calibration };
+    },
+    [machine.machine_id, machine.revision],
+  );
+  const judged = asked.data ? judge(machine, asked.data.newest, asked.data.applied, asked.data.jobs, t) : null;
+  const last = asked.data?.jobs[0];
+  const axes = machine.kinematics.rotary_axes.map((axis) => `${axis.name} ${t.machines.sides[axis.side]}`).join(" · ");
+  return (
+    <a class={`card machine ${judged?.light ?? ""}`} href={to("machines", machine.machine_id)}>
+      <div class="cardhead">
+        <h3>{machine.name}</h3>
+        {judged && (
+          <span class={`light ${judged.light}`}>
+            <span class="mark" aria-hidden="true" />
+            {t.lights[judged.light]}
+          </span>
+        )}
+      </div>
+      <p class="hint">
+        {machine.machine_id} · {t.common.revision(machine.revision)} · {axes}
+      </p>
+      <ul class="reasons">{judged?.reasons.map((words) => <li key={words}>{words}</li>)}</ul>
+      <p class="hint lastjob">
+        {last ? (
+          <>
+            {t.overview.lastJob}: {t.operations[last.operation]}, {moment(last.created_at)} <State state={last.state} />
+          </>
+        ) : (
+          asked.data && t.overview.noJobOfMachine
+        )}
+      </p>
+    </a>
+  );
+}

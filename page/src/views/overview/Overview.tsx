@@ -1,0 +1,55 @@
+import { jobs as jobsOf } from "../../api/jobs";
+import { machines as allMachines } from "../../api/machines";
+import { useAsked } from "../../api/use";
+import { Card, Empty, Got, Head } from "../../parts/parts";
+import { to } from "../../router";
+import { texts } from "../../texts";
+import { startTour } from "../../tour/tour";
+import { JobTable } from "../jobs/JobTable";
+import { MachineCard } from "../machines/MachineCard";
+
+export function Overview() {
+  const t = texts.value.overview;
+  const machines = useAsked((signal) => allMachines(signal), []);
+  const jobs = useAsked((signal) => jobsOf({ limit: 8 }, signal), []);
+  return (
+    <>
+      <Head title={t.title} lead={t.lead}>
+        <a class="button primary" href={to("compensate")}>
+          {t.compensate}
+        </a>
+      </Head>
+      <h2 class="hidden">{t.machines}</h2>
+      <Got asked={machines}>
+        {({ items }) =>
+          items.length === 0 ? (
+            <Empty what={t.noMachines}>
+              <a class="button" href={to("machines", "+")}>
+                {texts.value.machines.add}
+              </a>
+            </Empty>
+          ) : (
+            <div class="cards">
+              {items.map((machine) => (
+                <MachineCard key={machine.machine_id} machine={machine} />
+              ))}
+            </div>
+          )
+        }
+      </Got>
+      <div class="grid overview">
+        <Card title={t.recent} class="span2" tools={<a href={to("jobs")}>{t.allJobs}</a>}>
+          <Got asked={jobs}>
+            {({ items }) => (items.length === 0 ? <Empty what={t.noJobs} cure={t.noJobsCure} /> : <JobTable jobs={items} />)}
+          </Got>
+        </Card>
+        <Card title={t.tourTitle} class="tourcard">
+          <p>{t.tourLead}</p>
+          <button type="button" onClick={() => void startTour()}>
+            {t.tourStart}
+          </button>
+        </Card>
+      </div>
+    </>
+  );
+}

@@ -1,0 +1,66 @@
+import type uPlot from "uplot";
+import { useCallback, useMemo } from "preact/hooks";
+import { Chart, type Line } from "../../parts/Chart";
+import { Card } from "../../parts/parts";
+import { colour } from "../../settings/theme";
+import { texts } from "../../texts";
+import type { Reading } from "./reading";
+
+interface Props {
+  reading: Reading;
+  line: number | null;
+  toLine: (line: number) => void;
+}
+
+export function DeviationChart({ reading, line, toLine }: Props) {
+  const t = texts.value;
+  const { series, tolerance } = reading;
+  const values = useMemo(() => (series ? [series.before, series.after] : []), [series]);
+  const over = useCallback(
+    (u: uPlot) => {
+      if (tolerance === null) return;
+      const y = u.valToPos(tolerance, "y", true);
+      if (y < u.bbox.top) return;
+      const context = u.ctx;
+      context.save();
+      context.strokeStyle = colour("dim");
+      context.lineWidth = devicePixelRatio;
+      context.setLineDash([6 * devicePixelRatio, 5 * devicePixelRatio]);
+      context.beginPath();
+      context.moveTo(u.bbox.left, y);
+      context.lineTo(u.bbox.left + u.bbox.width, y);
+      context.stroke();
+      context.fillStyle = colour("dim");
+      context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+      context.textAlign = "right";
+      context.fillText(`${t.compensate.tolerance} ${tolerance} µm`, u.bbox.left + u.bbox.width - 6, y - 6 * devicePixelRatio);
+      context.restore();
+    },
+    [tolerance, t],
+  );
+  if (!series) return null;
+  const lines: Line[] = [
+    { label: t.common.before, colour: "before", dash: [6, 3] },
+    { label: t.common.after, colour: "after", fill: true },
+  ];
+  const at = line === null ? -1 : series.line.findLastIndex((one) => one <= line);
+  return (
+    <Card title={t.result.chart}>
+      <Chart
+        label={t.result.chart}
+        x={series.x}
+        xLabel={series.byPath ? t.result.chartX : t.result.chartLine}
+        yLabel="µm"
+        lines={lines}
+        values={values}
+        height={280}
+        mark={at >= 0 ? (series.x[at] ?? null) : null}
+        over={over}
+        onPick={(index) => {
+          const picked = series.line[index];
+          if (picked !== undefined) toLine(picked);
+        }}
+      />
+    </Card>
+  );
+}

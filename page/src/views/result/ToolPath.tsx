@@ -1,0 +1,235 @@
+// The tool path in 3D, coloured by the deviation before and after, with the machine at one place of it.
+
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { json } from "../../api/client";
+import { machinePath, tools as toolsOf } from "../../api/machines";
+import type { Interpretation, Job, Machine, Report } from "../../api/types";
+import { useAsked } from "../../api/use";
+import type { PathScene } from "../../machine3d/pathScene";
+import type { Pose } from "../../machine3d/poses";
+import { byLine, css } from "../../machine3d/scale";
+import { short } from "../../parts/format";
+import { Card, Got } from "../../parts/parts";
+import { isDark } from "../../settings/theme";
+import { texts } from "../../texts";
+import type { Reading } from "./reading";
+import type { Source } from "./sources";
+
+interface Props {
+  job: Job;
+  report: Report;
+  reading: Reading;
+  source: Source;
+  line: number | null;
+  toLine: (line: number) => void;
+}
+
+/** What an interpretation takes of the parameters of a job. */
+const OF_READING = ["dialect", "unit", "interpolation", "work_offset_mm", "work_offsets_mm", "start", "feed_mm_per_min", "tool_length_mm", "tool_number"];
+
+interface Loaded {
+  machine: Machine;
+  interpretation: Interpretation;
+  cutter: { radius: number; corner: number };
+}
+
+export function ToolPath(props: Props) {
+  const { job, report, source } = props;
+  const t = texts.value.result;
+  const asked = useAsked(
+    async (signal): Promise<Loaded> => {
+      const form = new FormData();
+      const parameters = Object.fromEntries(Object.entries(job.parameters).filter(([name]) => OF_READING.includes(name)));
+      form.append("parameters", JSON.stringify(parameters));
+      form.append("program", source.file, source.name);
+      const path = machinePath(job.machine_id);
+      const [machine, interpretation, table] = await Promise.all([
+        json<Machine>(`${path}/revisions/${job.machine_revision}`, { signal }),
+        json<Interpretation>(`${path}/interpretation`, { method: "POST", body: form, signal }),
+        toolsOf(job.machine_id),
+      ]);
+      const called = report.resolved?.tools[0]?.tool_id;
+      const tool = table.items.find((one) => one.tool_id === called);
+      const stated = radiusOf(job.parameters);
+      const radius = stated?.radius ?? tool?.radius_mm ?? 5;
+      return { machine, interpretation, cutter: { radius, corner: stated?.corner ?? tool?.corner_radius_mm ?? radius } };
+    },
+    [job.id, source],
+  );
+  return (
+    <Card title={t.path} hint={t.pathHint} class="path noprint">
+      <Got asked={asked}>{(loaded) => <Picture {...props} loaded={loaded} />}</Got>
+    </Card>
+  );
+}
+
+function radiusOf(parameters: Record<string, unknown>): { radius: number; corner: number } | null {
+  const cc = (parameters["cc"] ?? parameters) as Record<string, unknown>;
+  const wear = (parameters["wear"] ?? parameters) as Record<string, unknown>;
+  const nominal = wear["nominal_tool"] as Record<string, number> | undefined;
+  const radius = cc["tool_radius_mm"] ?? nominal?.["radius_mm"];
+  if (typeof radius !== "number") return null;
+  const corner = cc["corner_radius_mm"] ?? nominal?.["corner_radius_mm"];
+  return { radius, corner: typeof corner === "number" ? corner : radius };
+}
+
+const STEPS_PER_S = 40;
+
+function Picture({ job, report, reading, loaded, line, toLine }: Props & { loaded: Loaded }) {
+  const t = texts.value;
+  const place = useRef<HTMLDivElement>(null);
+  const scene = useRef<PathScene | null>(null);
+  const [poses, setPoses] = useState<Pose[]>([]);
+  const [at, setAt] = useState(0);
+  const [divider, setDivider] = useState(0.5);
+  const [plays, setPlays] = useState(false);
+  const [failed, setFailed] = useState(false);
+  const dark = isDark.value;
+  const series = reading.series;
+  const before = useMemo(() => byLine(series?.line ?? [], series?.before ?? []), [series]);
+  const after = useMemo(() => byLine(series?.line ?? [], series?.after ?? []), [series]);
+  const top = Math.max(reading.beforeMax ?? 0, reading.afterMax ?? 0, reading.tolerance ?? 0, 1e-6);
+
+  useEffect(() => {
+    let made: PathScene | null = null;
+    let ended = false;
+    Promise.all([import("../../machine3d/pathScene"), import("../../machine3d/poses"), import("../../machine3d/chain")]).then(
+      ([{ PathScene }, { posesOf }, { tipOf }]) => {
+        if (ended || !place.current) return;
+        const { machine, interpretation, cutter } = loaded;
+        const kinematics = machine.kinematics;
+        const offset = report.resolved?.work_offsets.find((one) => one.origin_mm)?.origin_mm ?? [0, 0, 0];
+        const length = job.parameters["tool_length_mm"];
+        const way = { kinematics, offset, toolLength: typeof length === "number" ? length : 0, tcp: report.interpolation === "tcp" };
+        // Without the tool's length, the places between the ends of motions of a head are not known.
+        const probe = interpretation.motions.find((motion) => motion.tip_mm);
+        if (!way.tcp && probe?.tip_mm) {
+          const tip = tipOf(kinematics, probe.joints, offset, way.toolLength).toArray();
+          way.tcp = Math.hypot(...tip.map((value, index) => value - (probe.tip_mm?.[index] ?? 0))) > 0.01;
+        }
+        const all = posesOf(interpretation, way);
+        if (all.length === 0) return;
+        try {
+          made = scene.current = new PathScene(place.current, all, way, { before, after, top }, cutter);
+          made.divide(divider);
+          made.pose(at);
+          setPoses(all);
+        } catch {
+          setFailed(true);
+        }
+      },
+    );
+    return () => {
+      ended = true;
+      made?.end();
+      scene.current = null;
+    };
+  }, [loaded, dark, before, after, top]);
+
+  useEffect(() => scene.current?.pose(at), [at]);
+  useEffect(() => scene.current?.divide(divider), [divider]);
+  // A line that was chosen elsewhere moves the machine there.
+  useEffect(() => {
+    if (line === null || poses[at]?.line === line) return;
+    const found = poses.findLastIndex((pose) => pose.line === line);
+    if (found >= 0) setAt(found);
+  }, [line, poses]);
+  useEffect(() => {
+    if (!plays) return;
+    const timer = setInterval(() => setAt((now) => (now + 1 >= poses.length ? (setPlays(false), now) : now + 1)), 1000 / STEPS_PER_S);
+    return () => clearInterval(timer);
+  }, [plays, poses]);
+
+  const pose = poses[at];
+  const drag = (event: PointerEvent) => {
+    const box = place.current?.getBoundingClientRect();
+    if (box && event.buttons) setDivider(Math.min(1, Math.max(0, (event.clientX - box.left) / box.width)));
+  };
+  const byKey = (event: KeyboardEvent) => {
+    const step = { ArrowLeft: -0.05, ArrowRight: 0.05, Home: -1, End: 1 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    setDivider((now) => Math.min(1, Math.max(0, now + step)));
+  };
+  return (
+    <>
+      <div class="stage tall">
+        <div class="canvas" ref={place} />
+        {failed && <p class="hint over">{t.common.noWebgl}</p>}
+        <span class="corner left" aria-hidden="true">
+          {t.common.before}
+        </span>
+        <span class="corner right" aria-hidden="true">
+          {t.common.after}
+        </span>
+        <div
+          class="divider"
+          role="slider"
+          tabIndex={0}
+          aria-label={t.result.divider}
+          aria-valuemin={0}
+          aria-valuemax={100}
+          aria-valuenow={Math.round(divider * 100)}
+          style={{ left: `${divider * 100}%` }}
+          onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
+          onPointerMove={drag}
+          onKeyDown={byKey}
+        >
+          <span class="grip" aria-hidden="true" />
+        </div>
+      </div>
+      <div class="legend" aria-label={t.result.scale}>
+        <span class="num">0</span>
+        <span class="ramp" aria-hidden="true">
+          {Array.from({ length: 32 }, (_, index) => (
+            <i key={index} style={{ background: css(index / 31) }} />
+          ))}
+        </span>
+        <span class="num">
+          {short(top)} <span class="unit">µm</span>
+        </span>
+      </div>
+      <div class="scrub">
+        <button type="button" onClick={() => (at + 1 >= poses.length && setAt(0), setPlays(!plays))}>
+          {plays ? t.result.pause : t.result.play}
+        </button>
+        <input
+          type="range"
+          aria-label={t.result.along}
+          min={0}
+          max={Math.max(0, poses.length - 1)}
+          value={at}
+          onInput={(event) => {
+            const index = Number(event.currentTarget.value);
+            setAt(index);
+            const to = poses[index]?.line;
+            if (to !== undefined) toLine(to);
+          }}
+        />
+        <button type="button" onClick={() => scene.current?.fit()}>
+          {t.result.fit}
+        </button>
+      </div>
+      {pose && (
+        <dl class="readout">
+          <div>
+            <dt>{t.result.lineNow}</dt>
+            <dd class="num">{pose.line}</dd>
+          </div>
+          {Object.entries(pose.words).map(([axis, word]) => (
+            <div key={axis}>
+              <dt>{axis}</dt>
+              <dd class="num">{typeof word === "number" ? word.toFixed(3).replace("-", "−") : "–"}</dd>
+            </div>
+          ))}
+          <div>
+            <dt>{t.result.deviationNow}</dt>
+            <dd class="num">
+              {pose.rapid ? "–" : `${short(before(pose.line))} → ${short(after(pose.line))} µm`}
+            </dd>
+          </div>
+        </dl>
+      )}
+    </>
+  );
+}
