@@ -39,7 +39,7 @@ export class Body {
     axes.forEach((axis, index) => {
       const group = new Group();
       group.matrixAutoUpdate = false;
-      parent.add(axisLine(axis.axis.name, axis.point, axis.direction, size * (index === 0 ? 1.75 : 1.35)), group);
+      parent.add(axisLine(axis.axis.name, axis.point, axis.direction, size * (index === 0 ? 1.75 : 1.2), true), group);
       this.#tables.push({ axis, group });
       parent = group;
     });

@@ -1,6 +1,6 @@
 // A machine whose axes are moved by hand.
 
-import { Sphere, Vector3 } from "three";
+import { Box3, Sphere, Vector3 } from "three";
 import type { Kinematics, Words } from "../api/types";
 import { Body } from "./body";
 import { Stage } from "./stage";
@@ -15,7 +15,11 @@ export class MachineScene {
     this.stage = new Stage(place);
     this.body = new Body(kinematics, SIZE, -SIZE * 0.1, { radius: SIZE * 0.045, corner: SIZE * 0.045 });
     this.stage.scene.add(this.body.all);
-    this.stage.look(new Sphere(new Vector3(0, 0, SIZE * 0.35), SIZE * 2.05));
+    this.body.pose({}, new Vector3(0, 0, SIZE * 0.4));
+    this.body.all.updateMatrixWorld(true);
+    const around = new Box3().setFromObject(this.body.all).getBoundingSphere(new Sphere());
+    around.radius *= 0.86;
+    this.stage.look(around);
   }
 
   pose(words: Words, magnified: number): void {

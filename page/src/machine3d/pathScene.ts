@@ -52,7 +52,7 @@ export class PathScene {
     const first = this.poses[0];
     const place = this.#sphere.clone();
     if (first) place.applyMatrix4(machineFromTable(this.way.kinematics, first.words));
-    place.radius *= 1.5;
+    place.radius *= 1.75;
     this.stage.look(place);
   }
 

@@ -14,6 +14,7 @@ import {
   LineSegments,
   Mesh,
   MeshStandardMaterial,
+  SRGBColorSpace,
   Sprite,
   SpriteMaterial,
   Vector3,
@@ -60,20 +61,24 @@ export function box(at: Vector3, size: Vector3, paint: Paint): Group {
   return body;
 }
 
-/** The line of an axis, with its letter at the end. */
-export function axisLine(letter: string, point: Vector3, direction: Vector3, reach: number): Group {
+/** The line of an axis, with its letter at the lower end, where no spindle is. */
+export function axisLine(letter: string, point: Vector3, towards: Vector3, reach: number, below = false): Group {
+  const direction = towards.clone().multiplyScalar(below && towards.z > 0.3 ? -1 : 1);
   const ends = [-reach, reach].map((at) => point.clone().addScaledVector(direction, at));
   const line = new Line(
     new Geometry().setFromPoints(ends),
     new LineDashedMaterial({ color: colour("accent"), dashSize: reach / 12, gapSize: reach / 28 }),
   );
   line.computeLineDistances();
-  const name = label(letter, reach * 0.17);
+  const name = label(letter);
   name.position.copy(point).addScaledVector(direction, reach * 1.09);
   return new Group().add(line, name);
 }
 
-function label(text: string, size: number): Sprite {
+/** A share of the height of the picture. */
+const LABEL = 0.035;
+
+function label(text: string): Sprite {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 96;
   const context = canvas.getContext("2d");
@@ -88,8 +93,10 @@ function label(text: string, size: number): Sprite {
     context.textBaseline = "middle";
     context.fillText(text, 48, 51);
   }
-  const sprite = new Sprite(new SpriteMaterial({ map: new CanvasTexture(canvas), depthTest: false }));
-  sprite.scale.setScalar(size);
+  const map = new CanvasTexture(canvas);
+  map.colorSpace = SRGBColorSpace;
+  const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false, sizeAttenuation: false }));
+  sprite.scale.setScalar(LABEL);
   sprite.renderOrder = 2;
   return sprite;
 }

@@ -3,6 +3,7 @@
 import { useEffect, useRef } from "preact/hooks";
 import uPlot from "uplot";
 import { colour, isDark } from "../settings/theme";
+import { day } from "./format";
 
 export interface Line {
   label: string;
@@ -23,6 +24,8 @@ interface Props {
   values: (number | null)[][];
   height?: number;
   time?: boolean;
+  /** Both axes begin at zero. */
+  fromZero?: boolean;
   /** A mark at this place of `x`. */
   mark?: number | null;
   onPick?: (index: number) => void;
@@ -53,9 +56,20 @@ export function Chart(props: Props) {
     };
   }, [dark, props.lines.length, props.lines.map((line) => line.label).join(), props.xLabel, props.yLabel]);
   useEffect(() => chart.current?.setData([props.x, ...props.values] as uPlot.AlignedData), [props.x, props.values]);
-  useEffect(() => chart.current?.redraw(), [props.mark, props.over]);
+  // Without new paths: before its first drawing a chart has no scale to make them from.
+  useEffect(() => chart.current?.redraw(false), [props.mark, props.over]);
   return <div class="chart" ref={place} role="img" aria-label={props.label} />;
 }
+
+/** Room before the first and after the last point. */
+function roomy(_u: uPlot, low: number, high: number): uPlot.Range.MinMax {
+  const room = Math.max((high - low) * 0.03, 1);
+  return [low - room, high + room];
+}
+
+const fromZero = (_u: uPlot, _low: number, high: number): uPlot.Range.MinMax => [0, high * 1.06];
+
+const days = (_u: uPlot, at: number[]) => at.map((time) => day(new Date(time * 1000).toISOString()));
 
 function options(latest: { current: Props }, width: number): uPlot.Options {
   const props = latest.current;
@@ -69,16 +83,22 @@ function options(latest: { current: Props }, width: number): uPlot.Options {
   return {
     width,
     height: props.height ?? 260,
-    padding: [12, 12, 0, 0],
-    scales: { x: { time: props.time ?? false } },
+    padding: [12, 16, 0, 0],
+    scales: {
+      x: { time: props.time ?? false, ...(props.time ? { range: roomy } : props.fromZero ? { range: fromZero } : {}) },
+      ...(props.fromZero ? { y: { range: fromZero } } : {}),
+    },
     cursor: { points: { size: 7 }, drag: { x: true, y: false } },
     legend: { live: true },
     axes: [
-      { ...axis, label: props.xLabel, labelSize: 20, size: 34 },
+      { ...axis, label: props.xLabel, labelSize: 20, size: 34, ...(props.time ? { values: days, space: 90 } : {}) },
       { ...axis, label: props.yLabel, labelSize: 20, size: 56 },
     ],
     series: [
-      { label: props.xLabel, ...(props.time ? {} : { value: (_u, value) => (value === null ? "–" : value.toFixed(1)) }) },
+      {
+        label: props.xLabel,
+        value: (_u, value) => (value === null ? "–" : props.time ? day(new Date(value * 1000).toISOString()) : value.toFixed(1)),
+      },
       ...props.lines.map((line) => ({
         label: line.label,
         stroke: colour(line.colour),

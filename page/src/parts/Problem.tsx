@@ -14,7 +14,7 @@ export function ProblemBox({ problem, again, toLine }: Props) {
   const faults = problem.errors?.filter((fault) => fault.detail !== problem.detail) ?? [];
   return (
     <div class="notice bad" role="alert">
-      <h3>{gone ? t.problem.noAnswer : problem.title}</h3>
+      <p class="title">{gone ? t.problem.noAnswer : problem.title}</p>
       <p>{gone ? t.problem.noAnswerDetail : problem.detail}</p>
       {typeof problem.line === "number" && (
         <p>
@@ -30,7 +30,7 @@ export function ProblemBox({ problem, again, toLine }: Props) {
       )}
       {faults.length > 0 && (
         <>
-          <h4>{t.problem.values}</h4>
+          <p class="hint">{t.problem.values}</p>
           <ul class="faults">
             {faults.slice(0, 12).map((fault) => (
               <li key={fault.pointer + fault.detail}>

@@ -85,7 +85,7 @@ function Runs({ machine }: { machine: Machine }) {
             )}
             <Upload id={id} />
           </Card>
-          {runs.length > 1 && runs[0] && <TrendCard machine={machine} run={runs[0]} />}
+          {runs.length > 1 && runs[0] && <TrendCard machine={machine} run={runs[0]} applied={applied} />}
         </>
       )}
     </Got>

@@ -9,8 +9,8 @@ import { Card, Field, Got } from "../../parts/parts";
 import { colour } from "../../settings/theme";
 import { texts } from "../../texts";
 
-/** One error over all runs, with its expanded uncertainty and the value that is in the machine. */
-export function TrendCard({ machine, run }: { machine: Machine; run: Calibration }) {
+/** One error over all runs, with its expanded uncertainty. A ring marks the run that is applied. */
+export function TrendCard({ machine, run, applied }: { machine: Machine; run: Calibration; applied: string | null }) {
   const t = texts.value.calibrate;
   const names = Object.entries(run.errors).flatMap(([axis, errors]) => Object.keys(errors).map((error) => `${axis}.${error}`));
   const [chosen, choose] = useState(names.includes("A.e_y_um") ? "A.e_y_um" : (names[0] ?? ""));
@@ -23,6 +23,7 @@ export function TrendCard({ machine, run }: { machine: Machine; run: Calibration
   return (
     <Card
       title={t.trend}
+      hint={t.trendHint}
       tools={
         <Field label={t.trendOf} class="inline">
           <select value={chosen} onChange={(event) => choose(event.currentTarget.value)}>
@@ -33,12 +34,19 @@ export function TrendCard({ machine, run }: { machine: Machine; run: Calibration
         </Field>
       }
     >
-      <Got asked={asked}>{(trend) => <Plot trend={trend} machine={machine} member={member} />}</Got>
+      <Got asked={asked}>{(trend) => <Plot trend={trend} machine={machine} member={member} applied={applied} />}</Got>
     </Card>
   );
 }
 
-function Plot({ trend, machine, member }: { trend: Trend; machine: Machine; member: string }) {
+interface PlotProps {
+  trend: Trend;
+  machine: Machine;
+  member: string;
+  applied: string | null;
+}
+
+function Plot({ trend, machine, member, applied }: PlotProps) {
   const t = texts.value.calibrate;
   const unit = trend.unit === "um" ? "µm" : "µrad";
   const axis = machine.kinematics.rotary_axes.find((one) => one.name === trend.axis);
@@ -68,9 +76,22 @@ function Plot({ trend, machine, member }: { trend: Trend; machine: Machine; memb
         }
         context.stroke();
       }
+      for (const point of trend.points) {
+        const at = u.valToPos(Date.parse(point.measured_at) / 1000, "x", true);
+        const y = u.valToPos(point.value, "y", true);
+        context.fillStyle = colour("accent");
+        context.beginPath();
+        context.arc(at, y, 3.5 * devicePixelRatio, 0, 2 * Math.PI);
+        context.fill();
+        if (point.calibration_id !== applied) continue;
+        context.strokeStyle = colour("before");
+        context.beginPath();
+        context.arc(at, y, 7.5 * devicePixelRatio, 0, 2 * Math.PI);
+        context.stroke();
+      }
       context.restore();
     },
-    [trend],
+    [trend, applied],
   );
   return (
     <Chart
@@ -80,7 +101,7 @@ function Plot({ trend, machine, member }: { trend: Trend; machine: Machine; memb
       xLabel={t.measured}
       yLabel={unit}
       lines={[
-        { label: `${trend.axis}.${trend.error}`, colour: "accent", points: true },
+        { label: `${trend.axis}.${trend.error}`, colour: "accent" },
         { label: t.inMachine, colour: "dim", dash: [6, 5], width: 1.25 },
       ]}
       values={values}

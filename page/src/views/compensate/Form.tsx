@@ -40,7 +40,7 @@ export function Form({ entered, set, machines, tools, faults, surface, setSurfac
           {(["cc", "location", "wear"] as const).map(check)}
         </fieldset>
         <div class="fields">
-          <Field label={t.machine} fault={faults["machine"]}>
+          <Field label={t.machine} fault={faults["machine"]} class="span2">
             <select value={entered.machine} onChange={(event) => set({ machine: event.currentTarget.value })}>
               {machines.map((machine) => (
                 <option key={machine.machine_id} value={machine.machine_id}>
@@ -83,7 +83,7 @@ export function Form({ entered, set, machines, tools, faults, surface, setSurfac
           </div>
         </div>
       </Card>
-      <Card title={t.tool}>
+      <Card title={t.toolAndContact}>
         <div class="fields">
           <Field label={t.tool} fault={faults["tool"]} class="wide">
             <select

@@ -34,7 +34,7 @@ export function JobTable({ jobs }: { jobs: Job[] }) {
                 {job.problem && <div class="hint reason">{job.problem.title}</div>}
               </td>
               <td>{job.external_id ?? <span class="hint">{job.id.slice(0, 13)}</span>}</td>
-              <td>{job.machine_id}</td>
+              <td class="nowrap">{job.machine_id}</td>
               <td class="nowrap">{moment(job.created_at)}</td>
               <td class="num right">{job.started_at && job.finished_at ? seconds(job.started_at, job.finished_at) : "–"}</td>
             </tr>

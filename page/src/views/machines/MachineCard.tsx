@@ -24,21 +24,24 @@ export function MachineCard({ machine }: { machine: Machine }) {
   );
   const judged = asked.data ? judge(machine, asked.data.newest, asked.data.applied, asked.data.jobs, t) : null;
   const last = asked.data?.jobs[0];
-  const axes = machine.kinematics.rotary_axes.map((axis) => `${axis.name} ${t.machines.sides[axis.side]}`).join(" · ");
+  const named = (side: "table" | "head") =>
+    machine.kinematics.rotary_axes.filter((axis) => axis.side === side).map((axis) => axis.name);
+  const axes = (["table", "head"] as const)
+    .filter((side) => named(side).length > 0)
+    .map((side) => t.machines.carries[side](named(side).join(" ")))
+    .join(" · ");
   return (
     <a class={`card machine ${judged?.light ?? ""}`} href={to("machines", machine.machine_id)}>
-      <div class="cardhead">
-        <h3>{machine.name}</h3>
-        {judged && (
-          <span class={`light ${judged.light}`}>
-            <span class="mark" aria-hidden="true" />
-            {t.lights[judged.light]}
-          </span>
-        )}
-      </div>
+      <h3>{machine.name}</h3>
       <p class="hint">
         {machine.machine_id} · {t.common.revision(machine.revision)} · {axes}
       </p>
+      {judged && (
+        <p class={`light ${judged.light}`}>
+          <span class="mark" aria-hidden="true" />
+          {t.lights[judged.light]}
+        </p>
+      )}
       <ul class="reasons">{judged?.reasons.map((words) => <li key={words}>{words}</li>)}</ul>
       <p class="hint lastjob">
         {last ? (

@@ -32,10 +32,12 @@ export function MachinePage({ id }: { id: string }) {
               <MachineView kinematics={tagged.machine.kinematics} />
             </Card>
             <Lines machine={tagged.machine} calibration={tagged.calibration} />
-            <div class="grid machinegrid">
-              <Profile key={tagged.tag} tagged={tagged} again={asked.again} />
+            <div class="pair">
+              <div class="column">
+                <Profile key={tagged.tag} tagged={tagged} again={asked.again} />
+                <Revisions id={id} now={tagged.machine.revision} />
+              </div>
               <Tools id={id} />
-              <Revisions id={id} now={tagged.machine.revision} />
             </div>
           </>
         )}

@@ -51,12 +51,16 @@ function Corrected({ job, report }: { job: Job; report: Report }) {
       </div>
       <DeviationChart reading={reading} line={line} toLine={toLine} />
       {source && <ToolPath job={job} report={report} reading={reading} source={source} line={line} toLine={toLine} />}
-      <div class="grid">
-        <BeforeAfter report={report} toLine={toText} />
-        <Budget report={report} toLine={toText} />
-        <Blocks report={report} />
-        <Warnings report={report} toLine={toText} />
-        <Used report={report} />
+      <div class="pair">
+        <div class="column">
+          <BeforeAfter report={report} toLine={toText} />
+          <Budget report={report} toLine={toText} />
+          <Warnings report={report} toLine={toText} />
+        </div>
+        <div class="column">
+          <Blocks report={report} />
+          <Used report={report} />
+        </div>
       </div>
       <Programs job={job} worst={reading.worstBefore} line={line} toLine={toLine} />
       <Provenance job={job} />
@@ -192,7 +196,7 @@ function Other({ job, report }: { job: Job; report: Report }) {
           <Figure path={`/v1/jobs/${job.id}/plot`} alt={t.operations[job.operation]} />
         </Card>
       )}
-      <div class="grid">
+      <div class="pair">
         <Warnings report={{ ...report, warnings: report.warnings ?? [] }} toLine={() => undefined} />
         <Used report={report} />
       </div>

@@ -4,11 +4,11 @@ import type { Simulation } from "../../api/types";
 import { fixed } from "../../parts/format";
 import { texts } from "../../texts";
 
-const SIZE = 420;
+const SIZE = 468;
 const MIDDLE = SIZE / 2;
 /** Where no error is, and where the largest error is at most. */
-const ZERO = 118;
-const REACH = 76;
+const ZERO = 138;
+const REACH = 66;
 
 /** 1, 2 or 5 times a power of ten, so that at most two rings are on each side. */
 function ringOf(largest: number): number {
@@ -55,7 +55,7 @@ export function Polar({ simulation, took }: { simulation: Simulation; took: numb
         )}
         <path d={line} class="error" />
         {[0, 90, 180, 270].map((angle) => {
-          const [x, y] = at(angle, 2 * ring + 14 / scale);
+          const [x, y] = at(angle, 2 * ring + 16 / scale);
           return (
             <text key={angle} x={x} y={y} class="angle">
               {angle}°

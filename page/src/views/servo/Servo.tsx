@@ -268,7 +268,7 @@ function Match({ who, path, feed, take }: Asked & { feed: number; take: (scales:
     });
   return (
     <div class="match">
-      <h3>{t.match}</h3>
+      <h2>{t.match}</h2>
       <p class="hint">{t.matchHint}</p>
       <div class="row">
         <NumberInput label={t.target} value={target} set={setTarget} unit="µm" />

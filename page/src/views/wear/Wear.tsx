@@ -135,6 +135,7 @@ function Shown({ trend }: { trend: WearTrend }) {
           ]}
           values={values}
           height={300}
+          fromZero
         />
       </Card>
       <Card title={t.outlook}>

@@ -1,0 +1,331 @@
+// Every view of the page, used as a person uses it. What it shows is compared with what the interface answers.
+// Arguments: the browser, the folder of example programs, and a folder for pictures, if they are wanted.
+
+import { strict as assert } from "node:assert";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { check, fault, faults, launch, open } from "./browser.js";
+
+const [executable, examples, pictures] = process.argv.slice(2);
+const { DEMO, NEW, CLOSED, TRUNNION_KEY: key } = process.env;
+const MACHINE = "demo-ac-table";
+const blade = join(examples, "blade.nc");
+
+const get = async (url, path, headers = {}) => {
+  const response = await fetch(url + path, { headers: { Accept: "application/json", ...headers } });
+  assert.ok(response.ok, `${path}: ${response.status}`);
+  return response.json();
+};
+const close = (a, b) => Math.abs(a - b) <= 1e-9 * Math.max(1, Math.abs(b));
+/** The number that is shown at a place, with every digit, is that of the answer. */
+const same = async (page, place, value) => {
+  const shown = await page.locator(`${place} .num[data-value], ${place}.num[data-value]`).first().getAttribute("data-value");
+  if (!close(Number(shown), value)) fault(`${place}: the page shows ${shown}, the interface answers ${value}`);
+  const text = await page.locator(`${place} .num[data-value], ${place}.num[data-value]`).first().innerText();
+  const read = Number(text.replace(/[^\d.−-]/g, "").replace("−", "-"));
+  if (Math.abs(read - value) > 0.051 * Math.max(1, Math.abs(value) / 100)) fault(`${place}: the text is ${text}, the value ${value}`);
+};
+const picture = async (page, name) => {
+  if (!pictures) return;
+  await page.evaluate(() => window.scrollTo(0, 0));
+  await page.waitForTimeout(400);
+  await page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true });
+};
+/** How many colours a picture has: one would be an empty stage. */
+const colours = (page, place) =>
+  page.locator(place).first().evaluate((canvas) => {
+    const copy = document.createElement("canvas");
+    copy.width = 64;
+    copy.height = 48;
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, 0, 0, 64, 48);
+    const { data } = context.getImageData(0, 0, 64, 48);
+    const found = new Set();
+    for (let at = 0; at < data.length; at += 4) found.add(`${data[at]} ${data[at + 1]} ${data[at + 2]}`);
+    return found.size;
+  });
+
+const browser = await launch(executable);
+
+/** Fills in the form for the blade and starts; the result is in sight. */
+const compensate = async (page, { offset = ["12", "-7", "35"] } = {}) => {
+  await page.setInputFiles("#program", blade);
+  const machines = page.locator(".fields select").first();
+  if (await machines.locator(`option[value="${MACHINE}"]`).count()) await machines.selectOption(MACHINE);
+  const fields = page.locator(".triple input");
+  for (const [index, value] of offset.entries()) await fields.nth(index).fill(value);
+  await page.click("button.primary.large");
+};
+
+const flows = {
+  async "a program is compensated, and every number is that of the report"() {
+    const { page, close: end } = await open(browser, DEMO, "/compensate");
+    await picture(page, "compensate-form");
+    // Without the work offset the service asks for it, at its field.
+    await compensate(page, { offset: ["", "", ""] });
+    await page.waitForSelector(".notice.bad");
+    assert.match(await page.locator(".notice.bad").innerText(), /work offset|work_offset/i);
+    assert.ok(await page.locator(".field.wrong .fault").count(), "the missing work offset is not marked at its field");
+    await check(page, "compensate, refused");
+    await picture(page, "compensate-refused");
+    await compensate(page);
+    await page.waitForSelector(".readout", { timeout: 30_000 });
+    const id = decodeURIComponent((await page.locator(".resulthead a").getAttribute("href")).split("/").pop());
+    const report = await get(DEMO, `/v1/jobs/${id}/report`);
+    await same(page, '[data-name="before-max"]', report.before.max_um);
+    await same(page, '[data-name="after-max"]', report.after.max_um);
+    for (const name of ["max_um", "rms_um", "max_excess_um", "max_gouge_um"]) {
+      await same(page, `[data-row="${name}"] td:nth-of-type(1)`, report.before[name]);
+      await same(page, `[data-row="${name}"] td:nth-of-type(2)`, report.after[name]);
+    }
+    for (const name of ["blocks_in", "blocks_out", "blocks_inserted", "motions_checked", "cc_path_length_mm"])
+      await same(page, `[data-row="${name}"]`, report[name]);
+    assert.equal(Number(await page.locator('[data-row="worst_line"] button').first().innerText()), report.before.worst_line);
+    // The worst line is in sight, and it is that line of the program.
+    const line = readFileSync(blade, "utf8").split(/\r?\n/)[report.before.worst_line - 1];
+    assert.equal(await page.locator(".codeline.worst .text").first().innerText(), line);
+    assert.ok((await page.locator(".codeline.focus").count()) >= 3, "the line is not marked in both programs");
+    assert.ok((await colours(page, ".canvas canvas")) > 40, "the tool path is not drawn");
+    assert.ok((await colours(page, ".chart canvas")) > 5, "the chart is not drawn");
+    // The slider moves the machine, and the program follows.
+    const before = await page.locator(".readout").innerText();
+    await page.locator(".scrub input").focus();
+    for (let press = 0; press < 30; press += 1) await page.keyboard.press("ArrowLeft");
+    assert.notEqual(await page.locator(".readout").innerText(), before);
+    await page.locator(".divider").focus();
+    await page.keyboard.press("ArrowLeft");
+    assert.equal(await page.locator(".divider").getAttribute("aria-valuenow"), "45");
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.click(".files .primary")]);
+    const program = await (await fetch(`${DEMO}/v1/jobs/${id}/program`)).text();
+    assert.equal(readFileSync(await saved.path(), "utf8"), program);
+    await check(page, "compensate");
+    await picture(page, "compensate");
+    await page.emulateMedia({ media: "print" });
+    await picture(page, "compensate-print");
+    if (pictures) await page.pdf({ path: join(pictures, "compensate.pdf"), format: "A4" });
+    await end();
+  },
+
+  async "all corrections in one pass"() {
+    const { page, close: end } = await open(browser, DEMO, "/compensate");
+    await page.locator(".check input").nth(1).check();
+    await compensate(page);
+    await page.waitForSelector(".readout", { timeout: 30_000 });
+    const id = (await page.locator(".resulthead a").getAttribute("href")).split("/").pop();
+    const report = await get(DEMO, `/v1/jobs/${id}/report`);
+    await same(page, '[data-name="before-max"]', report.error_budget.sum.before_um);
+    await same(page, '[data-row="location_errors"] td:nth-of-type(1)', report.error_budget.location_errors.before_um);
+    await check(page, "one pass");
+    await end();
+  },
+
+  async "machines, their lights, their axes and their revisions"() {
+    const { page, close: end } = await open(browser, DEMO, "/");
+    assert.equal(await page.locator(".machine").count(), 2);
+    await page.waitForSelector(".machine .light");
+    await check(page, "overview");
+    await picture(page, "overview");
+    await page.goto(`${DEMO}/#/machines`);
+    await page.waitForSelector(".machine .light");
+    await check(page, "machines");
+    await page.goto(`${DEMO}/#/machines/${MACHINE}`);
+    await page.waitForSelector(".stage canvas");
+    await page.waitForTimeout(500);
+    assert.ok((await colours(page, ".stage canvas")) > 20, "the machine is not drawn");
+    const machine = await get(DEMO, `/v1/machines/${MACHINE}`);
+    for (const axis of machine.kinematics.rotary_axes)
+      await same(page, `[data-axis="${axis.name}"] td:nth-of-type(6)`, axis.location_error.e_y_um);
+    await page.locator(".sliders input").first().fill("-60");
+    await page.locator(".sliders input").last().fill("1000");
+    await page.waitForTimeout(300);
+    await check(page, "machine");
+    await picture(page, "machine");
+    // A change makes a revision.
+    await page.locator(".card form .withunit input").nth(1).fill("730");
+    await page.click('.card form button[type="submit"]');
+    await page.waitForFunction((wanted) => document.querySelector(".lead")?.textContent.includes(wanted), `revision ${machine.revision + 1}`);
+    assert.equal((await get(DEMO, `/v1/machines/${MACHINE}`)).calibration_due_days, 730);
+    await page.goto(`${DEMO}/#/machines/+`);
+    await page.waitForSelector(".stage canvas");
+    await page.locator("main select").selectOption("nutating-b-head-c-table");
+    await page.fill('main input[pattern]', "from-preset");
+    await page.waitForTimeout(500);
+    await check(page, "new machine");
+    await picture(page, "machine-new");
+    await page.click('main button[type="submit"]');
+    await page.waitForSelector("[data-axis]");
+    assert.equal((await get(DEMO, "/v1/machines/from-preset")).kinematics.rotary_axes[0].side, "head");
+    await end();
+  },
+
+  async "jobs are listed, filtered and opened; a refusal says its reason"() {
+    const { page, close: end } = await open(browser, DEMO, "/jobs");
+    const all = (await get(DEMO, "/v1/jobs?limit=50")).items;
+    assert.equal(await page.locator("[data-job]").count(), all.length);
+    await check(page, "jobs");
+    await picture(page, "jobs");
+    await page.locator(".filters select").nth(0).selectOption("failed");
+    const failed = all.filter(({ state }) => state === "failed");
+    await page.waitForFunction((count) => document.querySelectorAll("[data-job]").length === count, failed.length);
+    const one = failed.at(-1);
+    await page.goto(`${DEMO}/#/jobs/${one.id}`);
+    await page.waitForSelector(".notice.bad");
+    const words = await page.locator(".notice.bad").innerText();
+    assert.ok(words.includes(one.problem.title) && words.includes(one.problem.detail), words);
+    await check(page, "failed job");
+    await picture(page, "job-failed");
+    for (const operation of ["compensation", "verification", "servo-simulation", "posting", "wear-compensation"]) {
+      const { id } = all.find((job) => job.operation === operation && job.state === "succeeded");
+      await page.goto(`${DEMO}/#/jobs/${id}`);
+      await page.waitForSelector(".provenance");
+      await page.waitForLoadState("networkidle");
+      await check(page, operation);
+      await picture(page, `job-${operation}`);
+    }
+    await end();
+  },
+
+  async "calibration runs are shown, applied and gone back to"() {
+    const { page, close: end } = await open(browser, DEMO, `/calibrate/${MACHINE}`);
+    const runs = (await get(DEMO, `/v1/machines/${MACHINE}/calibrations`)).items;
+    assert.equal(await page.locator("[data-run]").count(), runs.length);
+    for (const run of runs) await same(page, `[data-run="${run.id}"] td:last-child`, run.residual_rms_um);
+    await check(page, "calibrations");
+    await picture(page, "calibrate");
+    await page.goto(`${DEMO}/#/calibrate/${MACHINE}/${runs[0].id}`);
+    await page.waitForSelector("img.figure");
+    for (const [axis, errors] of Object.entries(runs[0].errors))
+      for (const [name, { value, standard_uncertainty: u }] of Object.entries(errors)) {
+        const row = `[data-error="${axis}.${name.replace(/_u(m|rad)$/, "")}"]`;
+        await same(page, `${row} td:nth-of-type(1)`, value);
+        await same(page, `${row} td:nth-of-type(2)`, 2 * u);
+      }
+    await check(page, "calibration run");
+    await picture(page, "calibration-run");
+    await page.locator(".pair .card button, .grid .card button").first().click();
+    await check(page, "apply");
+    await page.click("dialog[open] .primary");
+    await page.waitForSelector(".badge.ok");
+    const now = await get(DEMO, `/v1/machines/${MACHINE}`);
+    assert.ok(close(now.kinematics.rotary_axes[0].location_error.e_y_um, runs[0].errors.A.e_y_um.value));
+    // A run is uploaded; one that is no run is refused with its reason.
+    await page.goto(`${DEMO}/#/calibrate/${MACHINE}`);
+    await page.setInputFiles('.upload input[type="file"]', { name: "run.json", mimeType: "application/json", buffer: Buffer.from("{}") });
+    await page.waitForSelector(".notice.bad");
+    await page.setInputFiles('.upload input[type="file"]', join(examples, "ballbar.json"));
+    await page.waitForSelector("[data-error]");
+    await end();
+  },
+
+  async "the circle follows the hand"() {
+    const { page, close: end } = await open(browser, DEMO, `/servo/${MACHINE}`);
+    await page.waitForSelector(".polar .error");
+    const drawn = () => page.locator(".polar .error").getAttribute("d");
+    const first = await drawn();
+    const slider = page.locator(".slider input").nth(1);
+    const answered = page.waitForResponse((response) => response.url().endsWith("/v1/servo-simulations"));
+    await slider.fill("1.2");
+    const answer = await (await answered).json();
+    await page.waitForFunction((old) => document.querySelector(".polar .error")?.getAttribute("d") !== old, first);
+    await same(page, '[data-row="max_abs_um"]', answer.contour_error.max_abs_um);
+    await page.locator(".match button").click();
+    await page.waitForSelector(".match .facts");
+    await check(page, "servo");
+    await picture(page, "servo");
+    await page.locator(".column .card button").last().click();
+    await page.waitForSelector("img.figure", { timeout: 20_000 });
+    await end();
+  },
+
+  async "wear has its history, its outlook and its entries"() {
+    const { page, close: end } = await open(browser, DEMO, `/wear/${MACHINE}/T12`);
+    const trend = await get(DEMO, `/v1/machines/${MACHINE}/tools/T12/wear-trend?cutter_id=2&limit_um=60`);
+    await page.waitForSelector('[data-name="parts-left"]');
+    await same(page, '[data-name="parts-left"]', trend.outlook.parts_left.estimate);
+    await same(page, '[data-row="wear_um"]', trend.edges[0].fit.wear_um);
+    const scallop = await (
+      await fetch(`${DEMO}/v1/scallop-height`, {
+        method: "POST",
+        headers: { "Content-Type": "application/json" },
+        body: JSON.stringify({ stepover_mm: 0.4, tool_radius_mm: 5, surface: "flat", allowed_scallop_um: 5 }),
+      })
+    ).json();
+    await same(page, '[data-row="scallop_height_um"]', scallop.scallop_height_um);
+    await check(page, "wear");
+    await picture(page, "wear");
+    await end();
+  },
+
+  async "the tour leads a new service from a program to its proof"() {
+    const { page, close: end } = await open(browser, NEW, "/");
+    await page.click(".tourcard button");
+    await page.waitForSelector(".machineview");
+    await check(page, "tour, machine");
+    await picture(page, "tour");
+    await page.click(".guide .primary");
+    await page.waitForSelector(".drop.full");
+    assert.ok(await page.locator(".guide .primary").isDisabled(), "the tour goes on before the program is compensated");
+    await page.click("button.primary.large");
+    await page.waitForSelector(".readout", { timeout: 30_000 });
+    for (let step = 3; step <= 5; step += 1) await page.click(".guide .primary");
+    await check(page, "tour, result");
+    await page.click(".guide .primary");
+    assert.equal(await page.locator(".guide").count(), 0);
+    assert.equal((await get(NEW, "/v1/jobs")).items.length, 1);
+    await end();
+  },
+
+  async "a service with keys asks for one, and the tab forgets it"() {
+    const { page, close: end } = await open(browser, CLOSED, "/machines");
+    await page.waitForSelector("dialog[open]");
+    await check(page, "key");
+    await picture(page, "key");
+    await page.fill("dialog input", "trunnion_wrong");
+    await page.click("dialog .primary");
+    await page.waitForSelector("dialog[open] .notice");
+    await page.fill("dialog input", key);
+    await page.click("dialog .primary");
+    await page.waitForSelector(".machine");
+    const kept = await page.evaluate(() => [JSON.stringify(localStorage), JSON.stringify(sessionStorage), document.cookie]);
+    assert.ok(!kept[0].includes(key) && kept[1].includes(key) && kept[2] === "", "the key is kept beyond the session");
+    await page.goto(`${CLOSED}/#/compensate`);
+    await page.locator("select").nth(3).selectOption("radius");
+    await page.locator(".fields .withunit input").nth(4).fill("5");
+    await compensate(page);
+    await page.waitForSelector(".readout", { timeout: 30_000 });
+    await end();
+  },
+
+  async "every view in dark, in Chinese and on a tablet"() {
+    const run = (await get(DEMO, `/v1/machines/${MACHINE}/calibrations`)).items[0].id;
+    const views = { overview: "/", compensate: "/compensate", machine: `/machines/${MACHINE}`, jobs: "/jobs",
+      calibrate: `/calibrate/${MACHINE}`, run: `/calibrate/${MACHINE}/${run}`, servo: `/servo/${MACHINE}`, wear: `/wear/${MACHINE}/T12` };
+    const looks = { dark: { theme: "dark" }, zh: { language: "zh" }, tablet: { width: 820, height: 1180 }, narrow: { width: 600, height: 960 } };
+    for (const [look, options] of Object.entries(looks))
+      for (const [name, view] of Object.entries(views)) {
+        const { page, close: end } = await open(browser, DEMO, view, options);
+        if (name === "compensate") {
+          await compensate(page);
+          await page.waitForSelector(".readout", { timeout: 30_000 });
+        }
+        await page.waitForTimeout(400);
+        await check(page, `${name}, ${look}`);
+        await picture(page, `${name}-${look}`);
+        await end();
+      }
+  },
+};
+
+for (const [name, flow] of Object.entries(flows)) {
+  // ONLY=words is a shorter look.
+  if (process.env.ONLY && !name.includes(process.env.ONLY)) continue;
+  const began = Date.now();
+  try {
+    await flow();
+  } catch (error) {
+    fault(`${name}: ${error.stack}`);
+  }
+  console.log(`${name}: ${((Date.now() - began) / 1000).toFixed(1)} s`);
+}
+await browser.close();
+assert.equal(faults.length, 0, `${faults.length} faults`);
