@@ -18,7 +18,7 @@ export class MachineScene {
     this.body.pose({}, new Vector3(0, 0, SIZE * 0.4));
     this.body.all.updateMatrixWorld(true);
     const around = new Box3().setFromObject(this.body.all).getBoundingSphere(new Sphere());
-    around.radius *= 0.86;
+    around.radius *= 0.94;
     this.stage.look(around);
   }
 

@@ -1,5 +1,6 @@
 import type { Problem } from "../api/types";
 import { texts } from "../texts";
+import { Words } from "./Words";
 
 interface Props {
   problem: Problem;
@@ -15,7 +16,7 @@ export function ProblemBox({ problem, again, toLine }: Props) {
   return (
     <div class="notice bad" role="alert">
       <p class="title">{gone ? t.problem.noAnswer : problem.title}</p>
-      <p>{gone ? t.problem.noAnswerDetail : problem.detail}</p>
+      <p>{gone ? t.problem.noAnswerDetail : <Words text={problem.detail} />}</p>
       {typeof problem.line === "number" && (
         <p>
           {toLine ? (
@@ -34,7 +35,7 @@ export function ProblemBox({ problem, again, toLine }: Props) {
           <ul class="faults">
             {faults.slice(0, 12).map((fault) => (
               <li key={fault.pointer + fault.detail}>
-                <code>{fault.pointer}</code> {fault.detail}
+                <code>{fault.pointer}</code> <Words text={fault.detail} />
               </li>
             ))}
           </ul>

@@ -5,6 +5,7 @@ import type { Asked } from "../api/use";
 import type { JobState } from "../api/types";
 import { texts } from "../texts";
 import { ProblemBox } from "./Problem";
+import { Words } from "./Words";
 
 interface Content {
   children: ComponentChildren;
@@ -88,7 +89,7 @@ export function Field({ label, hint, fault, children, class: kind }: FieldProps)
       {hint && !fault && <span class="hint">{hint}</span>}
       {fault && (
         <span class="fault" role="alert">
-          {fault}
+          <Words text={fault} />
         </span>
       )}
     </label>

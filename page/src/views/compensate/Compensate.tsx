@@ -90,7 +90,7 @@ export function Compensate() {
     <>
       <Head title={t.title} lead={t.lead}>
         {(job || program.value) && (
-          <button type="button" onClick={reset}>
+          <button type="button" class="noprint" onClick={reset}>
             {t.reset}
           </button>
         )}

@@ -1,5 +1,6 @@
 import type { Machine, Tool } from "../../api/types";
 import { Card, Field, NumberInput } from "../../parts/parts";
+import { Words } from "../../parts/Words";
 import { texts } from "../../texts";
 import type { Entered } from "./request";
 
@@ -75,7 +76,7 @@ export function Form({ entered, set, machines, tools, faults, surface, setSurfac
             </div>
             {faults["offset"] ? (
               <span class="fault" role="alert">
-                {faults["offset"]}
+                <Words text={faults["offset"]} />
               </span>
             ) : (
               <span class="hint">{t.offsetHint}</span>

@@ -14,11 +14,12 @@ export function MachineCard({ machine }: { machine: Machine }) {
   const asked = useAsked(
     async (signal) => {
       const [runs, last, tagged] = await Promise.all([
-        calibrations(machine.machine_id, 1),
+        calibrations(machine.machine_id),
         jobsOf({ machine_id: machine.machine_id, limit: 10 }, signal),
         machineOf(machine.machine_id, signal),
       ]);
-      return { newest: runs.items[0] ?? null, jobs: last.items, applied: tagged.calibration };
+      const [newest] = runs.items.toSorted((a, b) => b.measured_at.localeCompare(a.measured_at));
+      return { newest: newest ?? null, jobs: last.items, applied: tagged.calibration };
     },
     [machine.machine_id, machine.revision],
   );

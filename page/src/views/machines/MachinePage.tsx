@@ -33,11 +33,11 @@ export function MachinePage({ id }: { id: string }) {
             </Card>
             <Lines machine={tagged.machine} calibration={tagged.calibration} />
             <div class="pair">
+              <Profile key={tagged.tag} tagged={tagged} again={asked.again} />
               <div class="column">
-                <Profile key={tagged.tag} tagged={tagged} again={asked.again} />
+                <Tools id={id} />
                 <Revisions id={id} now={tagged.machine.revision} />
               </div>
-              <Tools id={id} />
             </div>
           </>
         )}

@@ -43,6 +43,12 @@ export function Revisions({ id, now }: { id: string; now: number }) {
   );
 }
 
+/** With the letter of an axis in place of its number. */
+const named = (change: string, { kinematics }: Machine) =>
+  change
+    .replace(/^kinematics\.rotary_axes\.(\d)/, (_all, index: string) => kinematics.rotary_axes[Number(index)]?.name ?? index)
+    .replace(".location_error", "");
+
 function Changes({ revision, before }: { revision: Machine; before: Machine | undefined }) {
   const t = texts.value.machines;
   if (!before) return <p class="hint">{revision.revision === 1 ? t.first : ""}</p>;
@@ -51,7 +57,7 @@ function Changes({ revision, before }: { revision: Machine; before: Machine | un
     <ul class="changes">
       {changes.slice(0, SHOWN).map((change) => (
         <li key={change}>
-          <code>{change.replace("kinematics.rotary_axes.", "axis ").replace("location_error.", "")}</code>
+          <code>{named(change, revision)}</code>
         </li>
       ))}
       {changes.length > SHOWN && <li class="hint">… {changes.length - SHOWN}</li>}

@@ -3,6 +3,7 @@
 import type { Job, Report, Warning } from "../../api/types";
 import { moment } from "../../parts/format";
 import { Card } from "../../parts/parts";
+import { Words } from "../../parts/Words";
 import { texts } from "../../texts";
 
 export function warningsOf(report: Report): Warning[] {
@@ -18,7 +19,9 @@ export function Warnings({ report, toLine }: { report: Report; toLine: (line: nu
       <ul class="warnings">
         {warnings.map((warning) => (
           <li key={warning.kind + warning.detail}>
-            <p>{sentence(warning.detail)}</p>
+            <p>
+              <Words text={sentence(warning.detail)} />
+            </p>
             <p class="hint row">
               {[warning.line, warning.worst_line]
                 .filter((line, index, all): line is number => typeof line === "number" && all.indexOf(line) === index)
