@@ -9,7 +9,9 @@ use super::{AppState, docs, edge, page};
 /// The whole service.
 pub fn router(app: AppState) -> Router {
     let routes = routes();
-    app.serve_operations(|| Operations::new(routes.operations().chain(docs::UNDESCRIBED).chain(page::UNDESCRIBED)));
+    app.serve_operations(|| {
+        Operations::new(routes.operations().chain(docs::UNDESCRIBED).chain(page::UNDESCRIBED))
+    });
     behind_the_edge(routes.into_router().merge(docs::router()).merge(page::router()), app)
 }
 

@@ -12,9 +12,9 @@ use super::{
 };
 use crate::machine::Tool;
 use crate::program::{StepName, Steps};
-use crate::store::{Store, StoreError};
+use crate::store::{JobRow, Store, StoreError};
 use crate::wear::{has_fallen, most_wear};
-use crate::wire::{ResolvedWear, WearEntry};
+use crate::wire::{ResolvedWear, WearEntry, tools_of_report};
 
 /// The data that a job was accepted with beside its parameters, as it is stored.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -31,10 +31,55 @@ pub struct Accepted {
 }
 
 impl Accepted {
+    /// The data that a job was accepted with; empty for a job of an older version, and for one that did not wait.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub(super) fn of(row: &JobRow) -> Result<Self, JobFault> {
+        let read = row.accepted.as_deref().map(serde_json::from_str).transpose();
+        Ok(read.map_err(|_stored_is_sound| JobFault::MachineLost)?.unwrap_or_default())
+    }
+
     /// The steps of earlier jobs that wrote the program.
     pub(super) fn steps_done(&self) -> Steps {
         self.steps_done.as_deref().and_then(Steps::from_names).unwrap_or(Steps::NONE)
     }
+}
+
+/// The machine at the time when a job was accepted, with these tools.
+///
+/// # Errors
+/// Its revision or one of the tools is missing, or the database failed.
+pub(super) async fn machine_then(
+    store: &Store,
+    row: &JobRow,
+    kept: &KeptShelf,
+) -> Result<MachineUsed, JobFault> {
+    let (id, revision) = (&row.document.machine_id, row.document.machine_revision);
+    let found = store.machine_revision(id, revision).await?.ok_or(JobFault::MachineLost)?;
+    let tools = store.tools_at(id, &kept.tools).await?;
+    if tools.len() != kept.tools.len() {
+        return Err(JobFault::MachineLost);
+    }
+    let shelf = ToolShelf::new(tools).worn(kept.wear.clone(), kept.unfit.clone());
+    MachineUsed::new(id.clone(), revision, found.document.profile, shelf)
+        .map_err(|_stored_is_sound| JobFault::MachineLost)
+}
+
+/// The machine of a job that ended, with the tools that it was accepted with or, if it did not wait, those of its
+/// report.
+///
+/// # Errors
+/// Its revision or one of the tools is missing, or the database failed.
+pub(super) async fn machine_of_job(store: &Store, row: &JobRow) -> Result<MachineUsed, JobFault> {
+    let kept = match &row.accepted {
+        Some(_) => Accepted::of(row)?.shelf,
+        None => KeptShelf {
+            tools: tools_of_report(row.report.as_deref().unwrap_or_default()),
+            ..KeptShelf::default()
+        },
+    };
+    machine_then(store, row, &kept).await
 }
 
 /// The machine with the wear of this cutter on its shelf, if the wear of a cutter is requested.

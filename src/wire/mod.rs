@@ -17,6 +17,7 @@ mod drive;
 mod fault;
 mod interpretation;
 mod job;
+mod job_path;
 mod kinematics;
 mod machine;
 mod machine_programs;
@@ -90,6 +91,7 @@ pub use interpretation::{
     InterpretedMotionDoc, JointsInOrder, LeftAloneDoc, MotionKindDoc,
 };
 pub use job::{JobDocument, JobOperation, JobRequest, JobState};
+pub use job_path::{ErrorsByLine, JobPath, tools_of_report};
 pub use kinematics::{
     ForwardRequest, InverseRequest, JointWords, KinematicsOptions, LocationErrors, Pose, PoseWarning,
     PoseWarningKind, RotaryWords, Selection,

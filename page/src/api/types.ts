@@ -239,23 +239,6 @@ export interface Report extends Findings {
   pole_holds?: number;
 }
 
-export interface Motion {
-  line: number;
-  file?: string | null;
-  kind: "rapid" | "linear" | "arc";
-  joints: Words;
-  tip_mm?: Vector | null;
-  axis?: Vector | null;
-  feed_mm_per_min?: number | null;
-  tool_number?: number | null;
-}
-
-export interface Interpretation {
-  motions: Motion[];
-  resolved: Resolved;
-  left_alone: { line: number; reason: string }[];
-}
-
 export interface Estimate {
   value: number;
   standard_uncertainty?: number | null;

@@ -7,12 +7,6 @@ import type { Pose, Way } from "./poses";
 import { Stage } from "./stage";
 import { Trail } from "./trail";
 
-export interface Painted {
-  before: (line: number) => number;
-  after: (line: number) => number;
-  top: number;
-}
-
 export class PathScene {
   readonly stage: Stage;
   readonly #body: Body;
@@ -24,7 +18,7 @@ export class PathScene {
     place: HTMLElement,
     readonly poses: Pose[],
     readonly way: Way,
-    painted: Painted,
+    top: number,
     cutter: Cutter,
   ) {
     this.stage = new Stage(place);
@@ -38,7 +32,7 @@ export class PathScene {
     const radius = Math.max(this.#sphere.radius, cutter.radius, 1);
     const reach = this.#sphere.center.clone().sub(inner?.point ?? new Vector3()).projectOnPlane(up).length() + radius;
     this.#body = new Body(way.kinematics, Math.max(reach * 1.1, radius * 1.3), lowest - radius * 0.35, cutter);
-    this.#trail = new Trail(poses, painted.before, painted.after, painted.top);
+    this.#trail = new Trail(poses, top);
     this.#trail.all.position.copy(offset);
     this.#body.table.add(this.#trail.all);
     this.stage.scene.add(this.#body.all);

@@ -1,7 +1,8 @@
-// The places of tool and axes along a program, from what the service understands of it.
+// The places of tool and axes along a program, from the table of a job's path.
 
 import { Vector3 } from "three";
-import type { Interpretation, Kinematics, Motion, Words } from "../api/types";
+import type { Kinematics, Words } from "../api/types";
+import type { PathRow } from "../api/path";
 import { tipOf } from "./chain";
 
 export interface Pose {
@@ -9,6 +10,8 @@ export interface Pose {
   words: Words;
   line: number;
   rapid: boolean;
+  before: number | null;
+  after: number | null;
 }
 
 const MOST_PARTS = 24;
@@ -19,38 +22,48 @@ export interface Way {
   kinematics: Kinematics;
   offset: readonly number[];
   toolLength: number;
-  /** Whether the control interpolates the tip. */
-  tcp: boolean;
+  /** Whether the way between two poses is known: by the axes in machine interpolation, else straight. */
+  byAxes: boolean;
 }
 
 /** Poses in the order of the program: the ends of motions, and places between them where an axis turns. */
-export function posesOf(interpretation: Interpretation, way: Way): Pose[] {
+export function posesOf(rows: PathRow[], way: Way): Pose[] {
   const poses: Pose[] = [];
-  let last: Motion | null = null;
-  for (const motion of interpretation.motions) {
-    if (!motion.tip_mm || !motion.axis) continue;
-    const tip = new Vector3(...motion.tip_mm);
-    const rapid = motion.kind === "rapid";
-    if (last?.tip_mm) between(poses, last, motion, way);
-    poses.push({ tip, words: motion.joints, line: motion.line, rapid });
-    last = motion;
-  }
+  rows.forEach((row, index) => {
+    const last = rows[index - 1];
+    if (last && way.byAxes) between(poses, last, row, way);
+    poses.push(poseAt(row, new Vector3(...row.tip), row.words));
+  });
   return poses;
 }
 
-function between(poses: Pose[], from: Motion, to: Motion, way: Way): void {
-  const turned = way.kinematics.rotary_axes.map(({ name }) => Math.abs((to.joints[name] ?? 0) - (from.joints[name] ?? 0)));
+const poseAt = ({ line, rapid, before, after }: PathRow, tip: Vector3, words: Words): Pose => ({
+  tip,
+  words,
+  line,
+  rapid,
+  before,
+  after,
+});
+
+function between(poses: Pose[], from: PathRow, to: PathRow, way: Way): void {
+  const turned = way.kinematics.rotary_axes.map(({ name }) => Math.abs((to.words[name] ?? 0) - (from.words[name] ?? 0)));
   const parts = Math.min(MOST_PARTS, Math.ceil(Math.max(0, ...turned) / PART_DEG));
-  const start = new Vector3(...(from.tip_mm ?? [0, 0, 0]));
-  const end = new Vector3(...(to.tip_mm ?? [0, 0, 0]));
   for (let part = 1; part < parts; part += 1) {
     const share = part / parts;
     const words: Words = {};
-    for (const [name, word] of Object.entries(to.joints) as [keyof Words, number | null][]) {
-      const before = from.joints[name];
+    for (const [name, word] of Object.entries(to.words) as [keyof Words, number | null][]) {
+      const before = from.words[name];
       if (typeof word === "number") words[name] = (before ?? word) + share * (word - (before ?? word));
     }
-    const tip = way.tcp ? start.clone().lerp(end, share) : tipOf(way.kinematics, words, way.offset, way.toolLength);
-    poses.push({ tip, words, line: to.line, rapid: to.kind === "rapid" });
+    poses.push(poseAt(to, tipOf(way.kinematics, words, way.offset, way.toolLength), words));
   }
+}
+
+/** Whether the tip follows from the words: not under control of the tip, and not if a tool's length is unknown. */
+export function followsAxes(rows: PathRow[], way: Omit<Way, "byAxes">): boolean {
+  const row = rows.find(({ words }) => way.kinematics.rotary_axes.some(({ name }) => words[name]));
+  if (!row) return false;
+  const tip = tipOf(way.kinematics, row.words, way.offset, way.toolLength);
+  return tip.distanceTo(new Vector3(...row.tip)) < 0.01;
 }

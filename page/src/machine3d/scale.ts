@@ -21,20 +21,3 @@ export function shade(share: number): [number, number, number] {
 }
 
 export const css = (share: number) => `rgb(${shade(share).map((part) => Math.round(part * 255)).join(" ")})`;
-
-/** The deviation of a line: of the sample at it, or of the last one before it. */
-export function byLine(lines: number[], values: number[]): (line: number) => number {
-  const largest = new Map<number, number>();
-  lines.forEach((line, index) => largest.set(line, Math.max(largest.get(line) ?? 0, values[index] ?? 0)));
-  const sorted = [...largest.keys()].sort((a, b) => a - b);
-  return (line) => {
-    let low = 0;
-    let high = sorted.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if ((sorted[middle] as number) <= line) low = middle + 1;
-      else high = middle;
-    }
-    return largest.get(sorted[low - 1] ?? -1) ?? 0;
-  };
-}

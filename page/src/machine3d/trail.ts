@@ -13,11 +13,11 @@ export class Trail {
   readonly #before: LineSegments2;
   readonly #after: LineSegments2;
 
-  constructor(poses: Pose[], before: (line: number) => number, after: (line: number) => number, top: number) {
+  constructor(poses: Pose[], top: number) {
     const cuts = poses.slice(1).map((to, index) => ({ from: poses[index] as Pose, to }));
     const feed = cuts.filter(({ to }) => !to.rapid);
-    this.#before = segments(feed, (line) => shade(before(line) / top), 4);
-    this.#after = segments(feed, (line) => shade(after(line) / top), 4);
+    this.#before = segments(feed, ({ before }) => shade((before ?? 0) / top), 4);
+    this.#after = segments(feed, ({ after }) => shade((after ?? 0) / top), 4);
     const grey = new Color(colour("dim"));
     const rapid = segments(cuts.filter(({ to }) => to.rapid), () => [grey.r, grey.g, grey.b], 1);
     this.all.add(this.#before, this.#after, rapid);
@@ -29,7 +29,7 @@ export class Trail {
   }
 }
 
-function segments(cuts: { from: Pose; to: Pose }[], paint: (line: number) => [number, number, number], width: number): LineSegments2 {
+function segments(cuts: { from: Pose; to: Pose }[], paint: (pose: Pose) => [number, number, number], width: number): LineSegments2 {
   const places: number[] = [];
   const colours: number[] = [];
   const kept = new Vector3();
@@ -37,7 +37,7 @@ function segments(cuts: { from: Pose; to: Pose }[], paint: (line: number) => [nu
   for (const { from, to } of cuts) {
     kept.copy(from.tip);
     places.push(kept.x, kept.y, kept.z, to.tip.x, to.tip.y, to.tip.z);
-    mixed.setRGB(...paint(to.line), SRGBColorSpace);
+    mixed.setRGB(...paint(to), SRGBColorSpace);
     for (let end = 0; end < 2; end += 1) colours.push(mixed.r, mixed.g, mixed.b);
   }
   const geometry = new LineSegmentsGeometry();

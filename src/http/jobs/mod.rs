@@ -6,6 +6,7 @@ mod deliver_again;
 mod get_changes;
 mod get_events;
 mod get_job;
+mod get_path;
 mod get_plot;
 mod get_program;
 mod get_report;
@@ -38,6 +39,7 @@ resource! {
     get_residuals::get_job_residuals,
     get_changes::get_job_changes,
     get_plot::get_job_plot,
+    get_path::get_job_path,
 }
 
 async fn find(app: &AppState, id: &str) -> Result<JobRow, Problem> {

@@ -11,18 +11,18 @@ use tracing::Instrument;
 use super::Shared;
 use super::dispatch::RETRY;
 use super::running::UnderWay;
+use crate::jobs::acceptance::machine_then;
 use crate::jobs::compute::Threads;
 use crate::jobs::program_job::{in_rows, keep_all};
 use crate::jobs::turns::{Alone, Place};
 use crate::jobs::{
-    Accepted, CompensatorFault, ComputeFault, Finished, InputFile, JobFault, KeptShelf, MachineUsed,
-    PartSurfaceFault, ProgramWork, Progress, Sizes, ToolShelf, Workplace, already_done,
+    Accepted, CompensatorFault, ComputeFault, Finished, InputFile, JobFault, PartSurfaceFault, ProgramWork,
+    Progress, Sizes, Workplace, already_done,
 };
 use crate::process::Stop;
 use crate::shares::Who;
 use crate::store::{
-    BlobFault, Blobs, Claimed, DEATHS_BESIDE_OTHERS, Ending, GivenBack, JobRow, StorageFault, StoreError,
-    sha256_hex,
+    BlobFault, Blobs, Claimed, DEATHS_BESIDE_OTHERS, Ending, GivenBack, StorageFault, StoreError, sha256_hex,
 };
 use crate::wire::JobDocument;
 
@@ -101,11 +101,11 @@ impl Shared {
         let row = &claimed.job;
         let document = &row.document;
         let blobs = self.spool.blobs();
-        let accepted = accepted(row)?;
+        let accepted = Accepted::of(row)?;
         if let Some(step) = &accepted.repeats {
             return Err(already_done(step));
         }
-        let on = self.machine(row, &accepted.shelf).await?;
+        let on = machine_then(&self.store, row, &accepted.shelf).await?;
         let (program, surface) = inputs(blobs, document).await?;
         let program = program.with_steps_done(accepted.steps_done());
         let sizes = Sizes::of(&program, surface.as_ref()).map_err(CompensatorFault::Io)?;
@@ -143,19 +143,6 @@ impl Shared {
         let naming = blobs.naming().await;
         keep_all(blobs, [output, changes]).await?;
         Ok((ending, naming))
-    }
-
-    /// The machine at the time when the job was accepted.
-    async fn machine(&self, row: &JobRow, kept: &KeptShelf) -> Result<MachineUsed, JobFault> {
-        let (id, revision) = (&row.document.machine_id, row.document.machine_revision);
-        let found = self.store.machine_revision(id, revision).await?.ok_or(JobFault::MachineLost)?;
-        let tools = self.store.tools_at(id, &kept.tools).await?;
-        if tools.len() != kept.tools.len() {
-            return Err(JobFault::MachineLost);
-        }
-        let shelf = ToolShelf::new(tools).worn(kept.wear.clone(), kept.unfit.clone());
-        MachineUsed::new(id.clone(), revision, found.document.profile, shelf)
-            .map_err(|_stored_is_sound| JobFault::MachineLost)
     }
 
     /// Stores the result of a job: its end, or its return to the queue.
@@ -264,12 +251,6 @@ async fn inputs(blobs: &Blobs, document: &JobDocument) -> Result<(InputFile, Opt
         Ok((program, surface.map(|sha256| InputFile::kept(&blobs, &sha256)).transpose()?))
     };
     Ok(tokio::task::spawn_blocking(read).await.map_err(|_panicked| ComputeFault::Panicked)??)
-}
-
-/// The data that a job was accepted with; empty for a job of an older version.
-fn accepted(row: &JobRow) -> Result<Accepted, JobFault> {
-    let read = row.accepted.as_deref().map(serde_json::from_str).transpose();
-    Ok(read.map_err(|_stored_is_sound| JobFault::MachineLost)?.unwrap_or_default())
 }
 
 /// How long the other computations may take to pause before a job begins that must be alone.

@@ -30,10 +30,16 @@ export function DeviationChart({ reading, line, toLine }: Props) {
       context.moveTo(u.bbox.left, y);
       context.lineTo(u.bbox.left + u.bbox.width, y);
       context.stroke();
-      context.fillStyle = colour("dim");
+      const words = `${t.compensate.tolerance} ${tolerance} µm`;
       context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
-      context.textAlign = "right";
-      context.fillText(`${t.compensate.tolerance} ${tolerance} µm`, u.bbox.left + u.bbox.width - 6, y - 6 * devicePixelRatio);
+      context.textBaseline = "middle";
+      // On the line, with room of its own, so that curves behind it do not cross the words.
+      const half = 8 * devicePixelRatio;
+      const left = u.bbox.left + half;
+      context.fillStyle = colour("card");
+      context.fillRect(left - half / 2, y - half, context.measureText(words).width + half, 2 * half);
+      context.fillStyle = colour("dim");
+      context.fillText(words, left, y);
       context.restore();
     },
     [tolerance, t],

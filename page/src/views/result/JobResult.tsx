@@ -35,7 +35,6 @@ function Corrected({ job, report }: { job: Job; report: Report }) {
   const t = texts.value;
   const reading = useMemo(() => read(job, report), [job, report]);
   const [line, setLine] = useState<number | null>(reading.worstBefore);
-  const source = sources.value.get(job.input_sha256);
   const toLine = (to: number) => {
     setLine(to);
   };
@@ -50,7 +49,7 @@ function Corrected({ job, report }: { job: Job; report: Report }) {
         <Files job={job} />
       </div>
       <DeviationChart reading={reading} line={line} toLine={toLine} />
-      {source && <ToolPath job={job} report={report} reading={reading} source={source} line={line} toLine={toLine} />}
+      <ToolPath job={job} report={report} reading={reading} line={line} toLine={toLine} />
       <div class="pair">
         <div class="column">
           <BeforeAfter report={report} toLine={toText} />

@@ -1,64 +1,58 @@
 // The tool path in 3D, coloured by the deviation before and after, with the machine at one place of it.
 
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { json } from "../../api/client";
 import { machinePath, tools as toolsOf } from "../../api/machines";
-import type { Interpretation, Job, Machine, Report } from "../../api/types";
+import { type JobPath, jobPath } from "../../api/path";
+import type { Job, Machine, Report } from "../../api/types";
 import { useAsked } from "../../api/use";
 import type { PathScene } from "../../machine3d/pathScene";
 import type { Pose } from "../../machine3d/poses";
-import { byLine, css } from "../../machine3d/scale";
+import { css } from "../../machine3d/scale";
 import { short } from "../../parts/format";
-import { Card, Got } from "../../parts/parts";
+import { Card, Empty, Got } from "../../parts/parts";
 import { isDark } from "../../settings/theme";
 import { texts } from "../../texts";
 import type { Reading } from "./reading";
-import type { Source } from "./sources";
 
 interface Props {
   job: Job;
   report: Report;
   reading: Reading;
-  source: Source;
   line: number | null;
   toLine: (line: number) => void;
 }
 
-/** What an interpretation takes of the parameters of a job. */
-const OF_READING = ["dialect", "unit", "interpolation", "work_offset_mm", "work_offsets_mm", "start", "feed_mm_per_min", "tool_length_mm", "tool_number"];
-
 interface Loaded {
   machine: Machine;
-  interpretation: Interpretation;
+  path: JobPath;
   cutter: { radius: number; corner: number };
 }
 
 export function ToolPath(props: Props) {
-  const { job, report, source } = props;
+  const { job, report } = props;
   const t = texts.value.result;
   const asked = useAsked(
     async (signal): Promise<Loaded> => {
-      const form = new FormData();
-      const parameters = Object.fromEntries(Object.entries(job.parameters).filter(([name]) => OF_READING.includes(name)));
-      form.append("parameters", JSON.stringify(parameters));
-      form.append("program", source.file, source.name);
-      const path = machinePath(job.machine_id);
-      const [machine, interpretation, table] = await Promise.all([
-        json<Machine>(`${path}/revisions/${job.machine_revision}`, { signal }),
-        json<Interpretation>(`${path}/interpretation`, { method: "POST", body: form, signal }),
-        toolsOf(job.machine_id),
+      const of = machinePath(job.machine_id);
+      const [machine, path, table] = await Promise.all([
+        json<Machine>(`${of}/revisions/${job.machine_revision}`, { signal }),
+        jobPath(job.id, signal),
+        toolsOf(job.machine_id).catch(() => ({ items: [] })),
       ]);
       const called = report.resolved?.tools[0]?.tool_id;
       const tool = table.items.find((one) => one.tool_id === called);
       const stated = radiusOf(job.parameters);
       const radius = stated?.radius ?? tool?.radius_mm ?? 5;
-      return { machine, interpretation, cutter: { radius, corner: stated?.corner ?? tool?.corner_radius_mm ?? radius } };
+      return { machine, path, cutter: { radius, corner: stated?.corner ?? tool?.corner_radius_mm ?? radius } };
     },
-    [job.id, source],
+    [job.id],
   );
   return (
     <Card title={t.path} hint={t.pathHint} class="path noprint">
-      <Got asked={asked}>{(loaded) => <Picture {...props} loaded={loaded} />}</Got>
+      <Got asked={asked}>
+        {(loaded) => (loaded.path.rows.length > 0 ? <Picture {...props} loaded={loaded} /> : <Empty what={t.noPath} />)}
+      </Got>
     </Card>
   );
 }
@@ -74,6 +68,8 @@ function radiusOf(parameters: Record<string, unknown>): { radius: number; corner
 }
 
 const STEPS_PER_S = 40;
+/** Parts of the colour scale. */
+const RAMP = 10;
 
 function Picture({ job, report, reading, loaded, line, toLine }: Props & { loaded: Loaded }) {
   const t = texts.value;
@@ -85,32 +81,22 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
   const [plays, setPlays] = useState(false);
   const [failed, setFailed] = useState(false);
   const dark = isDark.value;
-  const series = reading.series;
-  const before = useMemo(() => byLine(series?.line ?? [], series?.before ?? []), [series]);
-  const after = useMemo(() => byLine(series?.line ?? [], series?.after ?? []), [series]);
   const top = Math.max(reading.beforeMax ?? 0, reading.afterMax ?? 0, reading.tolerance ?? 0, 1e-6);
 
   useEffect(() => {
     let made: PathScene | null = null;
     let ended = false;
-    Promise.all([import("../../machine3d/pathScene"), import("../../machine3d/poses"), import("../../machine3d/chain")]).then(
-      ([{ PathScene }, { posesOf }, { tipOf }]) => {
+    Promise.all([import("../../machine3d/pathScene"), import("../../machine3d/poses")]).then(
+      ([{ PathScene }, { followsAxes, posesOf }]) => {
         if (ended || !place.current) return;
-        const { machine, interpretation, cutter } = loaded;
-        const kinematics = machine.kinematics;
+        const { machine, path, cutter } = loaded;
         const offset = report.resolved?.work_offsets.find((one) => one.origin_mm)?.origin_mm ?? [0, 0, 0];
         const length = job.parameters["tool_length_mm"];
-        const way = { kinematics, offset, toolLength: typeof length === "number" ? length : 0, tcp: report.interpolation === "tcp" };
-        // Without the tool's length, the places between the ends of motions of a head are not known.
-        const probe = interpretation.motions.find((motion) => motion.tip_mm);
-        if (!way.tcp && probe?.tip_mm) {
-          const tip = tipOf(kinematics, probe.joints, offset, way.toolLength).toArray();
-          way.tcp = Math.hypot(...tip.map((value, index) => value - (probe.tip_mm?.[index] ?? 0))) > 0.01;
-        }
-        const all = posesOf(interpretation, way);
-        if (all.length === 0) return;
+        const known = { kinematics: machine.kinematics, offset, toolLength: typeof length === "number" ? length : 0 };
+        const way = { ...known, byAxes: path.together === 1 && followsAxes(path.rows, known) };
+        const all = posesOf(path.rows, way);
         try {
-          made = scene.current = new PathScene(place.current, all, way, { before, after, top }, cutter);
+          made = scene.current = new PathScene(place.current, all, way, top, cutter);
           made.divide(divider);
           made.pose(at);
           setPoses(all);
@@ -124,14 +110,16 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
       made?.end();
       scene.current = null;
     };
-  }, [loaded, dark, before, after, top]);
+  }, [loaded, dark, top]);
 
   useEffect(() => scene.current?.pose(at), [at]);
   useEffect(() => scene.current?.divide(divider), [divider]);
   // A line that was chosen elsewhere moves the machine there.
   useEffect(() => {
     if (line === null || poses[at]?.line === line) return;
-    const found = poses.findLastIndex((pose) => pose.line === line);
+    const exact = poses.findLastIndex((pose) => pose.line === line);
+    // In a long program the line may be one of several in a pose.
+    const found = exact >= 0 ? exact : poses.findIndex((pose) => pose.line > line);
     if (found >= 0) setAt(found);
   }, [line, poses]);
   useEffect(() => {
@@ -180,15 +168,19 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
       </div>
       <div class="legend" aria-label={t.result.scale}>
         <span class="num">0</span>
-        <span class="ramp" aria-hidden="true">
-          {Array.from({ length: 32 }, (_, index) => (
-            <i key={index} style={{ background: css(index / 31) }} />
-          ))}
-        </span>
+        <svg class="ramp" viewBox="0 0 320 10" preserveAspectRatio="none" aria-hidden="true">
+          <linearGradient id="ramp">
+            {Array.from({ length: RAMP + 1 }, (_, index) => (
+              <stop key={index} offset={index / RAMP} stop-color={css(index / RAMP)} />
+            ))}
+          </linearGradient>
+          <rect width="320" height="10" fill="url(#ramp)" />
+        </svg>
         <span class="num">
           {short(top)} <span class="unit">µm</span>
         </span>
       </div>
+      {loaded.path.together > 1 && <p class="hint">{t.result.together(loaded.path.together)}</p>}
       <div class="scrub">
         <button type="button" onClick={() => (at + 1 >= poses.length && setAt(0), setPlays(!plays))}>
           {plays ? t.result.pause : t.result.play}
@@ -225,7 +217,7 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
           <div>
             <dt>{t.result.deviationNow}</dt>
             <dd class="num">
-              {pose.rapid ? "–" : `${short(before(pose.line))} → ${short(after(pose.line))} µm`}
+              {pose.before === null || pose.after === null ? "–" : `${short(pose.before)} → ${short(pose.after)} µm`}
             </dd>
           </div>
         </dl>

@@ -1,0 +1,1 @@
+var t=[[31,78,140],[27,138,154],[79,181,120],[217,194,74],[240,138,44],[216,58,46]];function c(x){let n=Math.min(1,Math.max(0,x))*(t.length-1),o=t[Math.floor(n)]??t[0]??[0,0,0],e=t[Math.ceil(n)]??o,b=n-Math.floor(n),a=r=>(o[r]+b*(e[r]-o[r]))/255;return[a(0),a(1),a(2)]}var m=x=>`rgb(${c(x).map(n=>Math.round(n*255)).join(" ")})`;export{c as a,m as b};
