@@ -73,10 +73,11 @@ function KeyButton() {
           }}
         >
           <h2 id="keytitle">{wanted ? t.key.title : t.nav.key}</h2>
-          {wanted ? <ProblemBox problem={wanted} /> : <p>{key.value ? t.key.have : t.key.haveNone}</p>}
+          {wanted && key.value && <ProblemBox problem={wanted} />}
+          {!wanted && <p>{key.value ? t.key.have : t.key.haveNone}</p>}
           <p class="hint">{t.key.why}</p>
           <Field label={t.key.field}>
-            <input type="password" ref={field} autocomplete="off" spellcheck={false} />
+            <input type="password" ref={field} autocomplete="off" spellcheck={false} autofocus />
           </Field>
           <div class="row end">
             <button type="button" onClick={() => dialog.current?.close()}>

@@ -7,7 +7,7 @@ import { join } from "node:path";
 import { check, fault, faults, launch, open } from "./browser.js";
 
 const [executable, examples, pictures] = process.argv.slice(2);
-const { DEMO, NEW, CLOSED, TRUNNION_KEY: key } = process.env;
+const { DEMO, NEW, EMPTY, CLOSED, TRUNNION_KEY: key } = process.env;
 const MACHINE = "demo-ac-table";
 const blade = join(examples, "blade.nc");
 
@@ -24,6 +24,14 @@ const same = async (page, place, value) => {
   const text = await page.locator(`${place} .num[data-value], ${place}.num[data-value]`).first().innerText();
   const read = Number(text.replace(/[^\d.−-]/g, "").replace("−", "-"));
   if (Math.abs(read - value) > 0.051 * Math.max(1, Math.abs(value) / 100)) fault(`${place}: the text is ${text}, the value ${value}`);
+};
+/** The pictures of `docs/page.md`: what is in the window, with this part in its middle. */
+const gallery = async (page, name, part) => {
+  if (!process.env.GALLERY) return;
+  if (part) await page.locator(part).first().evaluate((element) => element.scrollIntoView({ block: "center", behavior: "instant" }));
+  else await page.evaluate(() => window.scrollTo(0, 0));
+  await page.waitForTimeout(500);
+  await page.screenshot({ path: join(process.env.GALLERY, `${name}.png`) });
 };
 const picture = async (page, name) => {
   if (!pictures) return;
@@ -100,6 +108,9 @@ const flows = {
     assert.equal(readFileSync(await saved.path(), "utf8"), program);
     await check(page, "compensate");
     await picture(page, "compensate");
+    await page.locator(".divider").press("ArrowRight");
+    await page.locator(".divider").blur();
+    await gallery(page, "compensate", ".card.path");
     await page.emulateMedia({ media: "print" });
     await picture(page, "compensate-print");
     if (pictures) await page.pdf({ path: join(pictures, "compensate.pdf"), format: "A4" });
@@ -124,6 +135,7 @@ const flows = {
     assert.equal(await page.locator(".machine").count(), 2);
     await page.waitForSelector(".machine .light");
     await check(page, "overview");
+    await gallery(page, "overview");
     await picture(page, "overview");
     await page.goto(`${DEMO}/#/machines`);
     await page.waitForSelector(".machine .light");
@@ -140,6 +152,7 @@ const flows = {
     await page.waitForTimeout(300);
     await check(page, "machine");
     await picture(page, "machine");
+    await gallery(page, "machine");
     // A change makes a revision.
     await page.locator(".card form .withunit input").nth(1).fill("730");
     await page.click('.card form button[type="submit"]');
@@ -179,6 +192,16 @@ const flows = {
       await page.goto(`${DEMO}/#/jobs/${id}`);
       await page.waitForSelector(".provenance");
       await page.waitForLoadState("networkidle");
+      // The path comes from the service, whoever posted the job; the residuals are on the part.
+      if (operation.endsWith("compensation")) {
+        await page.waitForSelector(".readout", { timeout: 30_000 });
+        assert.ok((await colours(page, ".canvas canvas")) > 40, "the tool path is not drawn");
+      }
+      if (operation === "verification") {
+        await page.waitForSelector(".stage canvas");
+        await page.waitForTimeout(500);
+        assert.ok((await colours(page, ".stage canvas")) > 40, "the residuals are not drawn");
+      }
       await check(page, operation);
       await picture(page, `job-${operation}`);
     }
@@ -201,6 +224,7 @@ const flows = {
         await same(page, `${row} td:nth-of-type(2)`, 2 * u);
       }
     await check(page, "calibration run");
+    await gallery(page, "calibration");
     await picture(page, "calibration-run");
     await page.locator(".pair .card button, .grid .card button").first().click();
     await check(page, "apply");
@@ -214,6 +238,8 @@ const flows = {
     await page.waitForSelector(".notice.bad");
     await page.setInputFiles('.upload input[type="file"]', join(examples, "ballbar.json"));
     await page.waitForSelector("[data-error]");
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.getByText("ISO 230").click()]);
+    assert.match(readFileSync(await saved.path(), "utf8"), /E_Y0A/);
     await end();
   },
 
@@ -231,6 +257,7 @@ const flows = {
     await page.locator(".match button").click();
     await page.waitForSelector(".match .facts");
     await check(page, "servo");
+    await gallery(page, "servo");
     await picture(page, "servo");
     await page.locator(".column .card button").last().click();
     await page.waitForSelector("img.figure", { timeout: 20_000 });
@@ -252,6 +279,7 @@ const flows = {
     ).json();
     await same(page, '[data-row="scallop_height_um"]', scallop.scallop_height_um);
     await check(page, "wear");
+    await gallery(page, "wear");
     await picture(page, "wear");
     await end();
   },
@@ -272,6 +300,20 @@ const flows = {
     await page.click(".guide .primary");
     assert.equal(await page.locator(".guide").count(), 0);
     assert.equal((await get(NEW, "/v1/jobs")).items.length, 1);
+    await end();
+  },
+
+  async "a new service loads data to look at"() {
+    const { page, close: end } = await open(browser, EMPTY, "/");
+    await check(page, "new service");
+    await picture(page, "overview-new");
+    await page.click(".democard button");
+    await page.waitForSelector("[data-job]", { timeout: 30_000 });
+    await page.goto(`${EMPTY}/#/calibrate`);
+    await page.waitForSelector("[data-run]");
+    assert.equal(await page.locator("[data-run]").count(), 3);
+    await page.goto(`${EMPTY}/#/wear`);
+    await page.waitForSelector('[data-row="wear_um"]');
     await end();
   },
 
@@ -311,6 +353,7 @@ const flows = {
         await page.waitForTimeout(400);
         await check(page, `${name}, ${look}`);
         await picture(page, `${name}-${look}`);
+        if (name === "compensate" && (look === "dark" || look === "zh")) await gallery(page, `compensate-${look}`, ".card.path");
         await end();
       }
   },

@@ -30,7 +30,7 @@ export async function startTour(): Promise<void> {
 }
 
 /** The machine that a new service has, or else any with A and C tables, or else a new one. */
-async function exampleMachine(): Promise<string> {
+export async function exampleMachine(): Promise<string> {
   const { items } = await machines();
   const fits = items.filter((one) => one.kinematics.rotary_axes.map(({ name, side }) => name + side).join() === "Atable,Ctable");
   const found = fits.find((one) => one.machine_id === EXAMPLE) ?? fits[0];

@@ -53,7 +53,8 @@ pub(super) struct PathQuery {
     params(("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"), PathQuery),
     responses(
         (status = 200, description = "The table", body = String, content_type = "text/csv",
-            headers(("Trunnion-Motions-Per-Pose" = i64, description = "Number of motions that a row stands for at most"))),
+            headers(("Trunnion-Motions-Per-Pose" = i64, description = "Number of motions that a row stands for at most")),
+            example = "line,kind,X,Y,Z,A,C,tip_x_mm,tip_y_mm,tip_z_mm,axis_i,axis_j,axis_k,before_um,after_um\n6,rapid,-20.9,-0.6,-4.6,-21.0,31.0,-21.6,5.7,-3.9,-0.184,0.307,0.934,,\n7,linear,-19.0,-1.3,-4.9,-21.8,28.8,-19.8,6.7,-3.9,-0.179,0.325,0.928,18.1,4.5\n"),
         Refusals,
     )
 )]

@@ -2,11 +2,12 @@ import { download, json } from "../../api/client";
 import { key } from "../../api/key";
 import { machine as machineOf, machinePath } from "../../api/machines";
 import type { Calibration } from "../../api/types";
-import { useAsked } from "../../api/use";
+import { useAsked, useDoing } from "../../api/use";
 import { moment } from "../../parts/format";
 import { Figure } from "../../parts/Figure";
 import { Num } from "../../parts/Num";
 import { Card, Got, Head } from "../../parts/parts";
+import { ProblemBox } from "../../parts/Problem";
 import { to } from "../../router";
 import { texts } from "../../texts";
 import { Apply } from "./Apply";
@@ -41,6 +42,7 @@ export function RunView({ id, run }: { id: string; run: string }) {
             <div class="grid">
               <Facts run={calibration} />
               <Apply tagged={tagged} run={calibration} again={asked.again} />
+              <Exports path={path} run={calibration} />
               <Blind run={calibration} />
             </div>
             <ErrorBars run={calibration} machine={tagged.machine} />
@@ -70,6 +72,31 @@ function Report({ path, run }: { path: string; run: string }) {
     <button type="button" class="noprint" onClick={() => void download(path, "text/html", `${run}.html`)}>
       {t.report}
     </button>
+  );
+}
+
+const FORMATS = ["iso230", "linuxcnc", "siemens", "siemens-tool-carrier"] as const;
+
+/** The errors as texts for controls. What does not fit the machine is refused with its reason. */
+function Exports({ path, run }: { path: string; run: Calibration }) {
+  const t = texts.value.calibrate;
+  const doing = useDoing();
+  return (
+    <Card title={t.forControl} class="noprint">
+      <div class="row">
+        {FORMATS.map((format) => (
+          <button
+            key={format}
+            type="button"
+            disabled={doing.busy}
+            onClick={() => doing.run(() => download(`${path}/export?format=${format}`, "text/plain", `${run.id.slice(0, 13)}-${format}.txt`))}
+          >
+            {t.exports[format]}
+          </button>
+        ))}
+      </div>
+      {doing.problem && <ProblemBox problem={doing.problem} />}
+    </Card>
   );
 }
 

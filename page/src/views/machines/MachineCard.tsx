@@ -21,7 +21,7 @@ export function MachineCard({ machine }: { machine: Machine }) {
       const [newest] = runs.items.toSorted((a, b) => b.measured_at.localeCompare(a.measured_at));
       return { newest: newest ?? null, jobs: last.items, applied: tagged.calibration };
     },
-    [machine.machine_id, machine.revision],
+    [machine],
   );
   const judged = asked.data ? judge(machine, asked.data.newest, asked.data.applied, asked.data.jobs, t) : null;
   const last = asked.data?.jobs[0];

@@ -1,9 +1,11 @@
 import { jobs as jobsOf } from "../../api/jobs";
 import { machines as allMachines } from "../../api/machines";
-import { useAsked } from "../../api/use";
+import { useAsked, useDoing } from "../../api/use";
 import { Card, Empty, Got, Head } from "../../parts/parts";
+import { ProblemBox } from "../../parts/Problem";
 import { to } from "../../router";
 import { texts } from "../../texts";
+import { loadDemo } from "../../tour/demo";
 import { startTour } from "../../tour/tour";
 import { JobTable } from "../jobs/JobTable";
 import { MachineCard } from "../machines/MachineCard";
@@ -11,6 +13,7 @@ import { MachineCard } from "../machines/MachineCard";
 export function Overview() {
   const t = texts.value.overview;
   const machines = useAsked((signal) => allMachines(signal), []);
+  const doing = useDoing();
   const jobs = useAsked((signal) => jobsOf({ limit: 8 }, signal), []);
   return (
     <>
@@ -38,17 +41,38 @@ export function Overview() {
         }
       </Got>
       <div class="grid overview">
-        <Card title={t.recent} class="span2" tools={<a href={to("jobs")}>{t.allJobs}</a>}>
+        <Card title={t.recent} tools={<a href={to("jobs")}>{t.allJobs}</a>}>
           <Got asked={jobs}>
             {({ items }) => (items.length === 0 ? <Empty what={t.noJobs} cure={t.noJobsCure} /> : <JobTable jobs={items} />)}
           </Got>
         </Card>
-        <Card title={t.tourTitle} class="tourcard">
-          <p>{t.tourLead}</p>
-          <button type="button" onClick={() => void startTour()}>
-            {t.tourStart}
-          </button>
-        </Card>
+        <div class="column">
+          <Card title={t.tourTitle} class="tourcard">
+            <p>{t.tourLead}</p>
+            <button type="button" onClick={() => doing.run(startTour)}>
+              {t.tourStart}
+            </button>
+          </Card>
+          {jobs.data?.items.length === 0 && (
+            <Card title={t.demoTitle} class="democard">
+              <p>{t.demoLead}</p>
+              <button
+                type="button"
+                disabled={doing.busy}
+                onClick={() =>
+                  doing.run(async () => {
+                    await loadDemo();
+                    jobs.again();
+                    machines.again();
+                  })
+                }
+              >
+                {t.demoLoad}
+              </button>
+            </Card>
+          )}
+          {doing.problem && <ProblemBox problem={doing.problem} />}
+        </div>
       </div>
     </>
   );

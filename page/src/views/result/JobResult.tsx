@@ -5,7 +5,7 @@ import { download, json, textOf } from "../../api/client";
 import type { Job, Report } from "../../api/types";
 import { useAsked, useDoing } from "../../api/use";
 import { Figure } from "../../parts/Figure";
-import { Card, Got } from "../../parts/parts";
+import { Card, Empty, Got } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
 import { texts } from "../../texts";
 import { align } from "./align";
@@ -15,7 +15,8 @@ import { BeforeAfter, Blocks, Budget, Headline } from "./Numbers";
 import { Others } from "./Others";
 import { ProgramText } from "./ProgramText";
 import { read } from "./reading";
-import { keepSource, SHOWN_MB, sources } from "./sources";
+import { ResidualMap } from "./ResidualMap";
+import { keepSource, SHOWN_MB, sources, tooLong } from "./sources";
 import { ToolPath } from "./ToolPath";
 
 const CORRECTING = ["cc-compensation", "wear-compensation", "compensation"];
@@ -76,18 +77,24 @@ function Files({ job }: { job: Job }) {
   const name = job.id.slice(0, 13);
   return (
     <div class="files noprint">
-      {job.output_sha256 && (
+      {job.operation === "verification" ? (
+        <button type="button" class="primary" disabled={doing.busy} onClick={save("residuals", "text/csv", `${name}.csv`)}>
+          {t.residualTable}
+        </button>
+      ) : job.output_sha256 ? (
         <button type="button" class="primary" disabled={doing.busy} onClick={save("program", "text/plain", `${name}.nc`)}>
           {t.download}
         </button>
-      )}
+      ) : null}
       <div class="row">
         <button type="button" onClick={save("report", "application/json", `${name}.json`)}>
           {t.report}
         </button>
-        <button type="button" onClick={save("plot", "image/svg+xml", `${name}.svg`)}>
-          {t.figure}
-        </button>
+        {job.operation !== "posting" && (
+          <button type="button" onClick={save("plot", "image/svg+xml", `${name}.svg`)}>
+            {t.figure}
+          </button>
+        )}
         {job.changes_sha256 && (
           <button type="button" onClick={save("changes", "text/csv", `${name}.csv`)}>
             {t.changes}
@@ -148,6 +155,8 @@ function Programs({ job, worst, line, toLine }: ProgramsProps) {
           <h3>{t.source}</h3>
           {before ? (
             <ProgramText label={t.source} lines={before} focus={focus} worst={worst} onLine={toLine} />
+          ) : tooLong.value.has(job.input_sha256) ? (
+            <Empty what={t.tooLong(SHOWN_MB)} />
           ) : (
             <div class="empty">
               <p>{t.noSource}</p>
@@ -190,6 +199,7 @@ function Other({ job, report }: { job: Job; report: Report }) {
         <Others job={job} report={report} />
         <Files job={job} />
       </div>
+      {job.operation === "verification" && <ResidualMap job={job} />}
       {job.operation !== "posting" && (
         <Card title={t.common.picture}>
           <Figure path={`/v1/jobs/${job.id}/plot`} alt={t.operations[job.operation]} />

@@ -78,7 +78,7 @@ export function Used({ report }: { report: Report }) {
             </dd>
           </div>
         ))}
-        {(report.contact ?? report.cc?.warnings) !== undefined && report.contact && (
+        {report.contact && (
           <div>
             <dt>{t.contact}</dt>
             <dd>{texts.value.compensate.contacts[report.contact as "auto"] ?? report.contact}</dd>
@@ -88,10 +88,12 @@ export function Used({ report }: { report: Report }) {
           <dt>{t.dialect}</dt>
           <dd>{report.dialect}</dd>
         </div>
-        <div>
-          <dt>{t.interpolation}</dt>
-          <dd>{report.interpolation}</dd>
-        </div>
+        {report.interpolation && (
+          <div>
+            <dt>{t.interpolation}</dt>
+            <dd>{report.interpolation}</dd>
+          </div>
+        )}
       </dl>
     </Card>
   );

@@ -44,6 +44,13 @@ export function ProgramText({ label, lines, focus, worst, changed, onLine }: Pro
       tabIndex={0}
       role="region"
       aria-label={label}
+      onKeyDown={(event) => {
+        const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+        const to = step && focus ? (step < 0 ? focus[0] : focus[1]) + step : 0;
+        if (!onLine || to < 1 || to > lines.length) return;
+        event.preventDefault();
+        onLine(to);
+      }}
       onScroll={(event) => setTop(event.currentTarget.scrollTop)}
     >
       <div class="lines" style={{ height: `${lines.length * ROW}px` }}>

@@ -10,6 +10,8 @@ export interface Source {
 
 /** By digest, so that a program is found for every job that was made from it. */
 export const sources = signal<ReadonlyMap<string, Source>>(new Map());
+/** Digests of programs that were chosen and are too long to be shown. */
+export const tooLong = signal<ReadonlySet<string>>(new Set());
 /** Larger programs are computed, but not shown. */
 export const SHOWN_MB = 4;
 
@@ -18,7 +20,7 @@ export async function keepSource(file: Blob, name: string): Promise<string> {
   if (file.size <= SHOWN_MB * 1e6) {
     const text = await file.text();
     sources.value = new Map(sources.value).set(digest, { name, file, text });
-  }
+  } else tooLong.value = new Set(tooLong.value).add(digest);
   return digest;
 }
 
