@@ -154,10 +154,19 @@ const flows = {
     await picture(page, "machine");
     await gallery(page, "machine");
     // A change makes a revision.
-    await page.locator(".card form .withunit input").nth(1).fill("730");
-    await page.click('.card form button[type="submit"]');
+    await page.locator(".profileform .withunit input").nth(1).fill("730");
+    await page.click('.profileform button[type="submit"]');
     await page.waitForFunction((wanted) => document.querySelector(".lead")?.textContent.includes(wanted), `revision ${machine.revision + 1}`);
     assert.equal((await get(DEMO, `/v1/machines/${MACHINE}`)).calibration_due_days, 730);
+    // The lines of the axes are changed as a form, and shown as they are typed.
+    await page.getByText("Change the lines of the axes").click();
+    await page.getByLabel("A Limits −").fill("-110");
+    await page.waitForTimeout(500);
+    await check(page, "lines of the axes");
+    await page.click('.axesform button[type="submit"]');
+    await page.waitForFunction((wanted) => document.querySelector(".lead")?.textContent.includes(wanted), `revision ${machine.revision + 2}`);
+    const [axis] = (await get(DEMO, `/v1/machines/${MACHINE}`)).kinematics.rotary_axes;
+    assert.deepEqual(axis, { ...machine.kinematics.rotary_axes[0], limits_deg: [-110, 120] });
     await page.goto(`${DEMO}/#/machines/+`);
     await page.waitForSelector(".stage canvas");
     await page.locator("main select").selectOption("nutating-b-head-c-table");

@@ -81,6 +81,8 @@ export class Stage {
     this.#watch.disconnect();
     this.controls.dispose();
     this.renderer.dispose();
+    // A browser gives a page only a few pictures at a time.
+    this.renderer.forceContextLoss();
     this.renderer.domElement.remove();
   }
 }

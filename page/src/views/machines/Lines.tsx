@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import type { LocationError, Machine } from "../../api/types";
 import { Num } from "../../parts/Num";
 import { Card } from "../../parts/parts";
@@ -6,8 +7,14 @@ import { texts } from "../../texts";
 
 const ERRORS = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"] as const satisfies (keyof LocationError)[];
 
+interface Props {
+  machine: Machine;
+  calibration: string | null;
+  children?: ComponentChildren;
+}
+
 /** The lines of the rotary axes, their limits and their location errors. */
-export function Lines({ machine, calibration }: { machine: Machine; calibration: string | null }) {
+export function Lines({ machine, calibration, children }: Props) {
   const t = texts.value.machines;
   return (
     <Card title={t.errors}>
@@ -50,6 +57,7 @@ export function Lines({ machine, calibration }: { machine: Machine; calibration:
           {t.fromRun} <a href={to("calibrate", machine.machine_id, calibration)}>{t.openRun}</a>
         </p>
       )}
+      {children}
     </Card>
   );
 }

@@ -49,7 +49,7 @@ export function Profile({ tagged, again }: { tagged: Tagged; again: () => void }
   return (
     <Card title={t.profile}>
       <form
-        class="fields"
+        class="fields profileform"
         onSubmit={(event) => {
           event.preventDefault();
           save();
