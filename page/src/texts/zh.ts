@@ -418,7 +418,7 @@ export const zh: Texts = {
     noEntries: "此刀具还没有磨损记录。",
     noEntriesCure: "请在下面录入测量值。",
     tool: "刀具",
-    cutter: "刀片",
+    cutter: "刀具编号",
     limit: "限值",
     history: "历史",
     parts: "零件数",
