@@ -431,8 +431,8 @@ export const en = {
     rate: "Rate",
     perPart: "µm per part",
     left: "Parts left",
-    between: (early: string, late: string) => `between ${early} and ${late} (95 %)`,
-    open: "no late end",
+    between: (early: string, late: string | null) =>
+      late === null ? `not before ${early}, with no late end (95 %)` : `between ${early} and ${late} (95 %)`,
     outlook: "Outlook",
     enter: "Enter a measurement",
     when: "Measured",

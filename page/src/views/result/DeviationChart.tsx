@@ -33,6 +33,7 @@ export function DeviationChart({ reading, line, toLine }: Props) {
       const words = `${t.compensate.tolerance} ${tolerance} µm`;
       context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
       context.textBaseline = "middle";
+      context.textAlign = "left";
       // On the line, with room of its own, so that curves behind it do not cross the words.
       const half = 8 * devicePixelRatio;
       const left = u.bbox.left + half;

@@ -175,8 +175,8 @@ function Shown({ trend }: { trend: WearTrend }) {
   );
 }
 
-function between(left: Interval, t: { between: (early: string, late: string) => string; open: string }): string {
-  return t.between(String(left.earliest ?? "–"), typeof left.latest === "number" ? String(left.latest) : t.open);
+function between(left: Interval, t: { between: (early: string, late: string | null) => string }): string {
+  return t.between(String(left.earliest ?? "–"), typeof left.latest === "number" ? String(left.latest) : null);
 }
 
 function Entries({ items }: { items: WearEntry[] }) {
