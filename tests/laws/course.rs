@@ -9,12 +9,18 @@
 
 use std::ops::ControlFlow;
 
+use trunnion::geometry::Vec3;
 use trunnion::kinematics::Setup;
-use trunnion::machine::{Machine, Preset};
+use trunnion::machine::{Machine, Preset, Tool};
 use trunnion::process::{
-    CcParameters, ContactSource, Fault, Interpreted, ProgramSetup, compensate, interpret_program,
+    CcParameters, ContactSource, Fault, Interpreted, ProgramSetup, SimulationParameters,
+    VerificationParameters, compensate, interpret_program, simulate, verify_part,
 };
 use trunnion::program::Dialect;
+use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
+use trunnion::side_by_side::OneAfterAnother;
+use trunnion::surface::SurfacePoint;
+use trunnion::units::Length;
 
 fn machine() -> Machine {
     Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
@@ -210,8 +216,8 @@ fn after_a_call_of_a_program_that_is_not_there_nothing_is_known() {
 #[test]
 fn steps_that_write_refuse_what_only_a_run_shows() {
     let text = "G0 X0 Y0 Z5 A0 C0\no1 repeat [2]\nG1 X1 A9 F50\nX0\no1 endrepeat\n".as_bytes().to_vec();
-    let radius = trunnion::units::Length::from_mm(5.0);
-    let tool = trunnion::machine::Tool::new(radius, radius).unwrap();
+    let radius = Length::from_mm(5.0);
+    let tool = Tool::new(radius, radius).unwrap();
     let parameters = CcParameters {
         program: ProgramSetup { dialect: Some(Dialect::Iso), ..ProgramSetup::in_mm(&Setup::default()) },
         contact: ContactSource::Tip,
@@ -248,4 +254,60 @@ fn however_a_text_is_made_its_run_costs_no_more_than_its_steps() {
     // A text of more blocks than are kept.
     let long = format!("{head}{}o1 repeat [2]\nX2\no1 endrepeat\nM2\n", "X1\n".repeat(250_000));
     assert!(refusal(Dialect::Iso, &long).contains("o1 repeat"));
+}
+
+/// A program with a loop, a call and a cycle, and the same motions written out.
+const RUN: [&str; 2] = [
+    "G90 G17 G94 G0 X0 Y0 Z5 A0 C0\n#1=0\no1 while [#1 LT 3]\nG1 X[#1*2] Y0 Z0 F600\nY5\n#1=[#1+1]\no1 endwhile\nM98 P7\n\
+     G0 Z5\nG99 G81 X4 Y2 Z-1 R2 F300\nG80\nM30\nO7\nG1 X0 Y0\nM99\n",
+    "G90 G17 G94 G0 X0 Y0 Z5 A0 C0\nG1 X0 Y0 Z0 F600\nY5\nX2 Y0\nY5\nX4 Y0\nY5\nX0 Y0\nG0 Z5\nX4 Y2\nZ2\nG1 Z-1 F300\nG0 Z2\nM30\n",
+];
+
+fn at_zero() -> ProgramSetup {
+    ProgramSetup { dialect: Some(Dialect::Iso), ..ProgramSetup::in_mm(&Setup::default()) }
+}
+
+#[test]
+fn a_run_takes_the_time_of_its_motions_written_out() {
+    let mut drives = DriveSet::default();
+    for axis in [AxisLetter::X, AxisLetter::Y, AxisLetter::Z] {
+        drives.set(axis, DrivePreset::by_id("reference-linear").unwrap().drive);
+    }
+    for axis in [AxisLetter::A, AxisLetter::C] {
+        drives.set(axis, DrivePreset::by_id("reference-rotary").unwrap().drive);
+    }
+    let parameters = SimulationParameters::new(drives, at_zero());
+    let simulated = RUN.map(|text| {
+        let source = text.as_bytes().to_vec();
+        simulate(&machine(), &parameters, &source, &|| ControlFlow::Continue(())).unwrap()
+    });
+    let [run, written_out] = &simulated;
+    assert_eq!((run.motions, run.passes), (written_out.motions, written_out.passes));
+    assert!((run.duration_s - written_out.duration_s).abs() < 1e-12 && run.motions == 8, "{run:?}");
+    assert!(run.left_out.is_empty());
+}
+
+#[test]
+fn a_run_cuts_what_its_motions_written_out_cut() {
+    let samples: Vec<SurfacePoint> = (0..49)
+        .map(|k| SurfacePoint {
+            point_mm: Vec3::new(f64::from(k % 7) - 1.0, f64::from(k / 7) - 1.0, 0.0),
+            normal: Vec3::new(0.0, 0.0, 1.0),
+        })
+        .collect();
+    let radius = Length::from_mm(2.0);
+    let parameters = VerificationParameters::new(Tool::new(radius, radius).unwrap(), at_zero());
+    let verified = RUN.map(|text| {
+        let source = text.as_bytes().to_vec();
+        let stop = || ControlFlow::Continue(());
+        verify_part(&machine(), &parameters, &samples, &source, &OneAfterAnother, &stop).unwrap()
+    });
+    let [run, written_out] = &verified;
+    assert_eq!(run.motions, written_out.motions);
+    let residuals = |verification: &trunnion::process::Verification| -> Vec<Option<f64>> {
+        verification.residuals.iter().map(|residual| residual.map(|residual| residual.residual_mm)).collect()
+    };
+    assert_eq!(residuals(run), residuals(written_out));
+    // The hole of the cycle is there.
+    assert!(residuals(run).iter().flatten().any(|residual| *residual < -0.9), "{:?}", residuals(run));
 }

@@ -143,7 +143,13 @@ impl Interpreter {
         diagnostics: &mut Diagnostics,
         mut see: impl FnMut(&[Motion], [Option<f64>; 5]),
     ) {
-        self.interpret_from(0, batch, motions, diagnostics, &mut see);
+        if self.constants.is_none() {
+            self.rules = MotionRules::of(batch.dialect());
+            self.stops_at_flow &= batch.dialect().rules().follows_flow();
+            self.begin_dialect();
+        }
+        self.constants.get_or_insert_with(|| Constants::new(batch.dialect())).evaluate(batch);
+        self.interpret_blocks(0, batch, motions, diagnostics, &mut see);
     }
 
     /// The block of the last batch at which the interpreter stopped, because the block changes the course of the
@@ -159,8 +165,8 @@ impl Interpreter {
         (self.stops_at_flow, self.stopped_at) = (false, None);
     }
 
-    /// [`Self::interpret_each`] for the rest of a batch, after [`Self::run_on`]. Blocks before `first` were interpreted.
-    pub fn interpret_from(
+    /// [`Self::interpret_each`] for the rest of the batch in which the interpreter stopped, after [`Self::run_on`].
+    pub fn interpret_rest(
         &mut self,
         first: usize,
         batch: &mut Batch,
@@ -168,15 +174,18 @@ impl Interpreter {
         diagnostics: &mut Diagnostics,
         mut see: impl FnMut(&[Motion], [Option<f64>; 5]),
     ) {
-        if self.constants.is_none() {
-            self.rules = MotionRules::of(batch.dialect());
-            self.stops_at_flow &= batch.dialect().rules().follows_flow();
-            self.begin_dialect();
-        }
-        let constants = self.constants.get_or_insert_with(|| Constants::new(batch.dialect()));
-        if first == 0 {
-            constants.evaluate(batch);
-        }
+        self.interpret_blocks(first, batch, motions, diagnostics, &mut see);
+    }
+
+    /// The blocks from `first` on of a batch whose expressions have their values.
+    fn interpret_blocks(
+        &mut self,
+        first: usize,
+        batch: &mut Batch,
+        motions: &mut Vec<Motion>,
+        diagnostics: &mut Diagnostics,
+        see: &mut impl FnMut(&[Motion], [Option<f64>; 5]),
+    ) {
         self.batch_end = batch.blocks().len();
         let mut index = first;
         while index < self.batch_end {

@@ -10,7 +10,8 @@ use crate::process::fault::Fault;
 use crate::process::set_up::{Need, ProgramSetup, SurveyExtent, ToolCalls, ToolsAtWork};
 
 /// The tools that cut in a surveyed program. The program is followed only if the survey leaves more than one tool
-/// possible, or if `compares` asks for the cutters stated by `CUTTER/`.
+/// possible, or if `compares` asks for the cutters stated by `CUTTER/`. Then it is
+/// followed in the order of its text or `as_it_runs`.
 ///
 /// # Errors
 /// The program cannot be read, or the caller no longer waits.
@@ -19,7 +20,7 @@ fn tools_at_work(
     machine: &Machine,
     program: &ProgramSetup,
     source: &dyn ProgramSource,
-    compares: bool,
+    [compares, as_it_runs]: [bool; 2],
     stop: &dyn Fn() -> ControlFlow<()>,
 ) -> Result<ToolsAtWork, Fault> {
     let only = calls.only().filter(|_| !(compares && calls.has_shapes));
@@ -30,6 +31,9 @@ fn tools_at_work(
     }
     let mut found = ToolsAtWork { has_changer: calls.has_changer(), ..ToolsAtWork::default() };
     let mut passages = Passages::open(source, machine, program)?;
+    if as_it_runs {
+        passages = passages.following_its_run(machine, program);
+    }
     // The step that works on the program reports its refusals.
     let _refusals = passages.work(stop, |passage, _, _| {
         passage.motions.iter().for_each(|motion| found.see(motion));
@@ -60,15 +64,29 @@ impl ProgramSetup {
         source: &dyn ProgramSource,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Self, Fault> {
+        self.with_tools_followed(stated, need, calls, machine, source, false, stop)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "those of `with_tools`, and how the program is followed")]
+    fn with_tools_followed(
+        &self,
+        stated: Option<Tool>,
+        need: Need,
+        calls: &ToolCalls,
+        machine: &Machine,
+        source: &dyn ProgramSource,
+        as_it_runs: bool,
+        stop: &dyn Fn() -> ControlFlow<()>,
+    ) -> Result<Self, Fault> {
         if self.tools.are_resolved() {
             return Ok(self.clone());
         }
-        let compares = self.tools.compares_cutters(stated);
-        let at_work = tools_at_work(calls, machine, self, source, compares, stop)?;
+        let ways = [self.tools.compares_cutters(stated), as_it_runs];
+        let at_work = tools_at_work(calls, machine, self, source, ways, stop)?;
         self.with_tools_at_work(stated, need, has_head(machine), &at_work)
     }
 
-    /// [`Self::with_tools`] for a program that was not surveyed yet. The program is not read if the result does not
+    /// [`Self::with_tools`] for a program that was not surveyed yet, and that is followed as it runs. The program is not read if the result does not
     /// depend on the tool.
     ///
     /// # Errors
@@ -86,6 +104,6 @@ impl ProgramSetup {
             return Ok(self.clone());
         }
         let (survey, _) = Survey::of(machine, self.dialect, source, SurveyExtent::Whole, stop)?;
-        self.with_tools(stated, need, &survey.tools, machine, source, stop)
+        self.with_tools_followed(stated, need, &survey.tools, machine, source, true, stop)
     }
 }

@@ -294,15 +294,17 @@ impl<'a> Passages<'a> {
         if from.is_none() {
             positions.clear();
         }
-        match (self.keeps_positions, from) {
-            (false, None) => self.interpreter.interpret(batch, motions, diagnostics),
-            (false, Some(from)) => {
-                self.interpreter.interpret_from(from, batch, motions, diagnostics, |_, _| {});
+        let interpreter = &mut self.interpreter;
+        let keeps_positions = self.keeps_positions;
+        let see = |motions: &[Motion], at| {
+            if keeps_positions {
+                positions.resize(motions.len(), at);
             }
-            (true, from) => {
-                let see = |motions: &[Motion], at| positions.resize(motions.len(), at);
-                self.interpreter.interpret_from(from.unwrap_or(0), batch, motions, diagnostics, see);
-            }
+        };
+        match from {
+            Some(from) => interpreter.interpret_rest(from, batch, motions, diagnostics, see),
+            None if keeps_positions => interpreter.interpret_each(batch, motions, diagnostics, see),
+            None => interpreter.interpret(batch, motions, diagnostics),
         }
     }
 
