@@ -245,9 +245,9 @@ fn however_a_text_is_made_its_run_costs_no_more_than_its_steps() {
     assert!(told.contains("1000000"), "{told}");
     // More structures inside each other than are followed.
     let nested = |count: usize| {
-        let opened: String = (0..count).map(|at| format!("o{at} if [1]\n")).collect();
-        let closed: String = (0..count).rev().map(|at| format!("o{at} endif\n")).collect();
-        format!("{head}{opened}X1\n{closed}X2\nM2\n")
+        let opened: Vec<_> = (0..count).map(|at| format!("o{at} if [1]\n")).collect();
+        let closed: Vec<_> = (0..count).rev().map(|at| format!("o{at} endif\n")).collect();
+        format!("{head}{}X1\n{}X2\nM2\n", opened.concat(), closed.concat())
     };
     assert_eq!(places(Dialect::Iso, &nested(256)).len(), 3);
     assert!(refusal(Dialect::Iso, &nested(258)).contains("line 3"));
