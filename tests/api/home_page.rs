@@ -22,6 +22,11 @@ fn addresses(page: &str) -> Vec<&str> {
         .collect()
 }
 
+/// What a name ends with.
+fn ending(name: &str) -> &str {
+    name.rsplit('.').next().unwrap()
+}
+
 async fn page(app: &App) -> String {
     app.client.get(app.url("/")).header("accept", BROWSER).send().await.unwrap().text().await.unwrap()
 }
@@ -51,7 +56,7 @@ async fn a_browser_gets_a_page_whose_links_lead_somewhere_and_nowhere_else() {
     app.close().await;
     let open = reqwest::Client::builder().no_proxy().build().unwrap();
     assert_eq!(open.get(app.url("/")).header("accept", BROWSER).send().await.unwrap().status(), 200);
-    let script = links.iter().find(|link| link.ends_with(".js")).unwrap();
+    let script = links.iter().find(|link| ending(link) == "js").unwrap();
     assert_eq!(open.get(app.url(script)).send().await.unwrap().status(), 200);
 }
 
@@ -69,7 +74,7 @@ async fn the_files_of_the_page_are_served_by_their_kind_and_kept_by_their_digest
         let answer = app.get(&path).await;
         assert_eq!(answer.status(), 200, "{name}");
         let headers = answer.headers();
-        let kind = match name.rsplit('.').next().unwrap() {
+        let kind = match ending(name) {
             "html" => "text/html; charset=utf-8",
             "js" => "text/javascript; charset=utf-8",
             "css" => "text/css; charset=utf-8",
@@ -103,7 +108,7 @@ async fn the_page_names_no_address_of_others_and_the_licences_of_all_that_is_in_
         assert!(licences.contains(&format!("\n{library} ")), "{library}");
     }
     assert!(licences.matches("Permission is hereby granted").count() >= 5, "{licences}");
-    for file in addresses(&page).iter().filter(|link| link.ends_with(".js") || link.ends_with(".css")) {
+    for file in addresses(&page).iter().filter(|link| ["js", "css"].contains(&ending(link))) {
         let text = app.get(file).await.text().await.unwrap();
         assert!(!text.contains("sourceMappingURL"), "{file}");
     }

@@ -29,7 +29,7 @@ async fn rows(app: &App, path: &str) -> (Vec<HashMap<String, String>>, u64) {
 }
 
 fn number(row: &HashMap<String, String>, name: &str) -> f64 {
-    row[name].parse().unwrap_or_else(|_| panic!("{name}: {row:?}"))
+    row[name].parse().unwrap()
 }
 
 #[tokio::test]
@@ -61,7 +61,8 @@ async fn the_path_of_a_job_has_the_poses_of_the_interpretation_and_the_errors_of
     let report: Value = app.get(&format!("{job}/report")).await.json().await.unwrap();
     let series = &report["series"];
     for (k, line) in series["line"].as_array().unwrap().iter().enumerate() {
-        let row = path.iter().find(|row| row["line"] == line.to_string()).unwrap();
+        let line = line.to_string();
+        let row = path.iter().find(|row| row["line"] == line).unwrap();
         for name in ["before_um", "after_um"] {
             assert_eq!(number(row, name).to_bits(), series[name][k].as_f64().unwrap().to_bits(), "{line}");
         }

@@ -34,7 +34,7 @@ const USUAL_POSES: usize = 20_000;
 #[into_params(parameter_in = Query)]
 pub(super) struct PathQuery {
     /// Largest number of poses. A longer program gets one pose for 2, 4, 8 … motions.
-    #[param(minimum = 2, maximum = 100000, default = 20000)]
+    #[param(minimum = 2, maximum = 100_000, default = 20_000)]
     poses: Option<usize>,
 }
 
