@@ -41,10 +41,6 @@ impl Turns {
         for batch in batches {
             for block in batch.blocks() {
                 let statement = read(batch, block);
-                let numbers = batch.words(block).iter().filter(|word| word.address == Address::N);
-                for number in numbers.filter(|word| word.form == WordForm::Number) {
-                    turns.places.entry(block_number(number.value)).or_default().push(index);
-                }
                 if let Some(place) = &statement.place {
                     turns.places.entry(place.clone()).or_default().push(index);
                 }
@@ -59,7 +55,24 @@ impl Turns {
         }
         turns.find_partners();
         turns.find_ends();
+        let jumps = |turn: &Turn| matches!(turn.statement.step, Step::Jump { .. } | Step::Select { .. });
+        if turns.list.iter().any(jumps) {
+            turns.find_numbers(batches);
+        }
         turns
+    }
+
+    /// The blocks of every block number. Only jumps need them.
+    fn find_numbers(&mut self, batches: &[Batch]) {
+        let blocks = batches.iter().flat_map(|batch| batch.blocks().iter().map(move |block| (batch, block)));
+        for (index, (batch, block)) in blocks.enumerate() {
+            let numbers = batch.words(block).iter().filter(|word| word.address == Address::N);
+            for number in numbers.filter(|word| word.form == WordForm::Number) {
+                self.places.entry(block_number(number.value)).or_default().push(index);
+            }
+        }
+        // A label may be spelled like a number.
+        self.places.values_mut().for_each(|blocks| blocks.sort_unstable());
     }
 
     /// Joins the statements of every structure. A statement without partner is not followed when it is reached.

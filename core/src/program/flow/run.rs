@@ -11,7 +11,7 @@ use crate::program::{
 
 /// The most blocks and statements that a program runs. A control has no such bound, but a program that reaches this one
 /// is most likely one that never ends.
-const MAX_STEPS: u64 = 1_000_000;
+const MAX_STEPS: u64 = 250_000;
 /// Bytes of an expression that count as one more statement.
 const STEP_BYTES: u64 = 32;
 /// The most calls inside each other. Controls allow between 4 and 16.
