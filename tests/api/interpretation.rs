@@ -40,6 +40,46 @@ fn motion(answer: &Value, line: u64) -> &Value {
     found.unwrap()
 }
 
+/// A loop, a subprogram behind the end of the program, and a canned cycle.
+const RUN: &str = "G90 G21 G94 G17
+G54
+G0 X0. Y0. Z50. A0. C0.
+#1=0
+o1 while [#1 LT 2]
+#1=[#1+1]
+G1 X#1 F100.
+o1 endwhile
+M98 P2000
+G98 G81 X5. Z-5. R3. F100.
+G80
+M30
+O2000
+G1 Y7.
+M99
+";
+
+#[tokio::test]
+async fn a_program_is_told_as_it_runs_and_a_program_that_never_ends_is_refused() {
+    let app = machines().await;
+    let answer = app.report("m", OPERATION, "work_offsets_mm.G54=0,0,0", RUN).await;
+    assert_eq!(answer["left_alone"], json!([]), "{answer}");
+    let told: Vec<_> = answer["motions"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|motion| (motion["line"].as_u64().unwrap(), motion["joints"]["X"].as_f64().unwrap()))
+        .collect();
+    assert_eq!(told, [(3, 0.0), (7, 1.0), (7, 2.0), (14, 2.0), (10, 5.0), (10, 5.0), (10, 5.0), (10, 5.0)]);
+    let levels: Vec<_> =
+        answer["motions"].as_array().unwrap().iter().map(|motion| motion["joints"]["Z"].as_f64()).collect();
+    assert_eq!(levels[4..], [50.0, 3.0, -5.0, 50.0].map(Some));
+    let endless = RUN.replace("[#1 LT 2]", "[1]").replace("G1 X#1 F100.\n", "");
+    let refused = app.operate("m", OPERATION, "work_offsets_mm.G54=0,0,0", &endless, "*/*").await;
+    let problem = problem(refused, "program-fault").await;
+    let text = problem.to_string();
+    assert!(text.contains("250000 blocks") && text.contains("line 7"), "{text}");
+}
+
 #[tokio::test]
 async fn motions_are_told_in_millimetres_and_degrees_whatever_the_programs_unit() {
     let app = machines().await;
