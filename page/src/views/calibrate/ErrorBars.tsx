@@ -1,6 +1,6 @@
-// The errors of a run, each with its expanded uncertainty, its limit and the value that is in the machine.
+// The errors of a run: as the profile has them, beside the values in the machine; and against the machine's frame, beside their limits.
 
-import type { Calibration, Machine } from "../../api/types";
+import type { Calibration, Estimate, Machine } from "../../api/types";
 import { Num } from "../../parts/Num";
 import { Card } from "../../parts/parts";
 import { texts } from "../../texts";
@@ -11,29 +11,56 @@ const HEIGHT = 26;
 interface Row {
   name: string;
   value: number;
-  u: number | null;
-  now: number;
+  /** Two standard uncertainties of the fit. */
+  twice: number | null;
+  now: number | null;
   limit: number | null;
   unit: "µm" | "µrad";
 }
 
+const rowOf = (name: string, member: string, estimate: Estimate): Row => ({
+  name: name + member.replace(/_u(m|rad)$/, ""),
+  value: estimate.value,
+  twice: typeof estimate.standard_uncertainty === "number" ? 2 * estimate.standard_uncertainty : null,
+  now: null,
+  limit: null,
+  unit: member.endsWith("_um") ? "µm" : "µrad",
+});
+
 export function ErrorBars({ run, machine }: { run: Calibration; machine: Machine }) {
   const t = texts.value.calibrate;
-  const rows: Row[] = Object.entries(run.errors).flatMap(([name, errors]) => {
+  const ofAxes = Object.entries(run.errors).flatMap(([name, errors]) => {
     const axis = machine.kinematics.rotary_axes.find((one) => one.name === name);
     const now = (axis?.location_error ?? {}) as Record<string, number>;
-    return Object.entries(errors).map(([error, estimate]) => ({
-      name: `${name}.${error.replace(/_u(m|rad)$/, "")}`,
-      value: estimate.value,
-      u: typeof estimate.standard_uncertainty === "number" ? 2 * estimate.standard_uncertainty : null,
-      now: now[error] ?? 0,
-      limit: machine.calibration_limits?.[`${name}.${error}`] ?? machine.calibration_limits?.[error] ?? null,
-      unit: error.endsWith("_um") ? "µm" : "µrad",
-    }));
+    return Object.entries(errors).map(([error, estimate]) => ({ ...rowOf(`${name}.`, error, estimate), now: now[error] ?? 0 }));
   });
+  // The limits of the profile have the names of these.
+  const inFrame = Object.entries(run.iso_230).map(([error, estimate]) => ({
+    ...rowOf("", error, estimate),
+    limit: machine.calibration_limits?.[error] ?? null,
+  }));
   return (
-    <Card title={t.errors} hint={t.errorsHint}>
-      <div class="scroll" tabIndex={0} role="region" aria-label={t.errors}>
+    <>
+      <Bars title={t.errors} hint={t.errorsHint} beside={t.inMachine} rows={ofAxes} shown={(row) => row.now} />
+      <Bars title={t.frameErrors} hint={t.frameErrorsHint} beside={t.limit} rows={inFrame} shown={(row) => row.limit} />
+    </>
+  );
+}
+
+interface BarsProps {
+  title: string;
+  hint: string;
+  /** What stands beside the value. */
+  beside: string;
+  rows: Row[];
+  shown: (row: Row) => number | null;
+}
+
+function Bars({ title, hint, beside, rows, shown }: BarsProps) {
+  const t = texts.value.calibrate;
+  return (
+    <Card title={title} hint={hint}>
+      <div class="scroll" tabIndex={0} role="region" aria-label={title}>
         <table class="list numeric bars">
           <thead>
             <tr>
@@ -45,10 +72,10 @@ export function ErrorBars({ run, machine }: { run: Calibration; machine: Machine
                 {t.uncertainty}
               </th>
               <th scope="col" class="right">
-                {t.inMachine}
+                {beside}
               </th>
               <th scope="col">
-                <span class="hidden">{t.errors}</span>
+                <span class="hidden">{title}</span>
               </th>
             </tr>
           </thead>
@@ -60,10 +87,10 @@ export function ErrorBars({ run, machine }: { run: Calibration; machine: Machine
                   <Num value={row.value} unit={row.unit} />
                 </td>
                 <td class="right">
-                  <Num value={row.u} unit={row.unit} />
+                  <Num value={row.twice} unit={row.unit} />
                 </td>
                 <td class="right">
-                  <Num value={row.now} unit={row.unit} />
+                  <Num value={shown(row)} unit={row.unit} />
                 </td>
                 <td class="bar">
                   <Bar row={row} reach={reachOf(rows, row.unit)} />
@@ -81,13 +108,15 @@ const reachOf = (rows: Row[], unit: string) =>
   1.08 *
   Math.max(
     1e-9,
-    ...rows.filter((row) => row.unit === unit).flatMap((row) => [Math.abs(row.value) + (row.u ?? 0), Math.abs(row.now), row.limit ?? 0]),
+    ...rows
+      .filter((row) => row.unit === unit)
+      .flatMap((row) => [Math.abs(row.value) + (row.twice ?? 0), Math.abs(row.now ?? 0), row.limit ?? 0]),
   );
 
 function Bar({ row, reach }: { row: Row; reach: number }) {
   const x = (value: number) => WIDTH / 2 + (value / reach) * (WIDTH / 2 - 6);
   const y = HEIGHT / 2;
-  const u = Math.max(row.u ?? 0, reach / 300);
+  const half = Math.max(row.twice ?? 0, reach / 300);
   return (
     <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} class="errorbar" aria-hidden="true">
       <line x1={x(-reach)} x2={x(reach)} y1={y} y2={y} class="rail" />
@@ -95,8 +124,8 @@ function Bar({ row, reach }: { row: Row; reach: number }) {
       {row.limit !== null &&
         [-row.limit, row.limit].map((at) => <line key={at} x1={x(at)} x2={x(at)} y1={4} y2={HEIGHT - 4} class="limit" />)}
       <line x1={x(0)} x2={x(row.value)} y1={y} y2={y} class="stem" />
-      <line x1={x(row.value - u)} x2={x(row.value + u)} y1={y} y2={y} class="u" />
-      <circle cx={x(row.now)} cy={y} r={5.5} class="now" />
+      <line x1={x(row.value - half)} x2={x(row.value + half)} y1={y} y2={y} class="u" />
+      {row.now !== null && <circle cx={x(row.now)} cy={y} r={5.5} class="now" />}
       <circle cx={x(row.value)} cy={y} r={3.2} class="value" />
     </svg>
   );
