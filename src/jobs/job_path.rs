@@ -11,7 +11,8 @@ use crate::process::{self, Interpreted, Stop};
 use crate::store::{BlobFault, Draft, JobRow, Store};
 use crate::wire::{ErrorsByLine, InterpretationParameters, InterpretedMotionDoc, JobPath, fault_of_table};
 
-/// The table of the poses of a job's program, at most so many, and how many motions a pose stands for.
+/// The path of a job's program as a table with at most `most` poses. Also returns the largest number of motions that
+/// one pose stands for.
 ///
 /// # Errors
 /// The upload is missing or damaged, cannot be read, or reading it would cost too much.

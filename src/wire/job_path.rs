@@ -115,8 +115,8 @@ impl PathPose {
     }
 }
 
-/// A path of at most so many poses, whatever the length of the program. When there are more, two neighbours become
-/// one.
+/// A path with a largest number of poses. A longer program does not make it longer: each pose then stands for several
+/// motions.
 #[derive(Debug)]
 pub struct JobPath {
     errors: ErrorsByLine,
@@ -128,7 +128,7 @@ pub struct JobPath {
 }
 
 impl JobPath {
-    /// An empty path with these errors.
+    /// An empty path with these errors. It will have at most `most` poses, and at least 2.
     #[must_use]
     pub fn new(errors: ErrorsByLine, most: usize) -> Self {
         Self { errors, most: most.max(2), together: 1, open: None, poses: Vec::new() }
@@ -152,9 +152,14 @@ impl JobPath {
             return;
         }
         self.poses.push(pose);
-        if self.poses.len() > self.most {
+        while self.poses.len() > self.room() {
             self.thin();
         }
+    }
+
+    /// The largest number of complete poses: where a pose stands for several motions, the last one may be incomplete.
+    fn room(&self) -> usize {
+        if self.together == 1 { self.most } else { self.most - 1 }
     }
 
     fn thin(&mut self) {
@@ -265,9 +270,14 @@ mod tests {
 
     #[test]
     fn a_long_path_keeps_its_ends_and_its_largest_errors() {
+        for (motions, most) in [(7, 2), (8, 3), (9, 4), (300, 2)] {
+            let (rows, _) = table(motions, most);
+            assert!((2..=most).contains(&rows.len()), "{motions} in {most}: {}", rows.len());
+            assert_eq!(rows.last().unwrap()[0], motions.to_string());
+        }
         for motions in [101, 150, 199, 1000, 12_345] {
             let (rows, together) = table(motions, 100);
-            assert!(rows.len() <= 101 && rows.len() > 25, "{motions}: {}", rows.len());
+            assert!(rows.len() <= 100 && rows.len() > 25, "{motions}: {}", rows.len());
             assert!(
                 together.is_power_of_two() && together >= u64::from(motions / 101),
                 "{motions}: {together}"

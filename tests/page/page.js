@@ -16,6 +16,16 @@ const get = async (url, path, headers = {}) => {
   assert.ok(response.ok, `${path}: ${response.status}`);
   return response.json();
 };
+/** The limit of an error, in the profile of the machine. */
+const limit = async (url, name, value) => {
+  const { machine_id: _id, revision: _revision, created_at: _at, ...profile } = await get(url, `/v1/machines/${MACHINE}`);
+  const response = await fetch(`${url}/v1/machines/${MACHINE}`, {
+    method: "PUT",
+    headers: { "Content-Type": "application/json", "If-Match": "*" },
+    body: JSON.stringify({ ...profile, calibration_limits: { [name]: value } }),
+  });
+  assert.ok(response.ok, await response.text());
+};
 const close = (a, b) => Math.abs(a - b) <= 1e-9 * Math.max(1, Math.abs(b));
 /** The number that is shown at a place, with every digit, is that of the answer. */
 const same = async (page, place, value) => {
@@ -224,8 +234,16 @@ const flows = {
     for (const run of runs) await same(page, `[data-run="${run.id}"] td:last-child`, run.residual_rms_um);
     await check(page, "calibrations");
     await picture(page, "calibrate");
+    await limit(DEMO, "E_Y0C_um", 12.5);
     await page.goto(`${DEMO}/#/calibrate/${MACHINE}/${runs[0].id}`);
     await page.waitForSelector("img.figure");
+    for (const [name, { value, standard_uncertainty: u }] of Object.entries(runs[0].iso_230)) {
+      const row = `[data-error="${name.replace(/_u(m|rad)$/, "")}"]`;
+      await same(page, `${row} td:nth-of-type(1)`, value);
+      await same(page, `${row} td:nth-of-type(2)`, 2 * u);
+    }
+    await same(page, '[data-error="E_Y0C"] td:nth-of-type(3)', 12.5);
+    assert.equal(await page.locator('[data-error="E_Y0C"] line.limit').count(), 2);
     for (const [axis, errors] of Object.entries(runs[0].errors))
       for (const [name, { value, standard_uncertainty: u }] of Object.entries(errors)) {
         const row = `[data-error="${axis}.${name.replace(/_u(m|rad)$/, "")}"]`;
@@ -247,7 +265,7 @@ const flows = {
     await page.waitForSelector(".notice.bad");
     await page.setInputFiles('.upload input[type="file"]', join(examples, "ballbar.json"));
     await page.waitForSelector("[data-error]");
-    const [saved] = await Promise.all([page.waitForEvent("download"), page.getByText("ISO 230").click()]);
+    const [saved] = await Promise.all([page.waitForEvent("download"), page.getByText("ISO 230 (TOML)").click()]);
     assert.match(readFileSync(await saved.path(), "utf8"), /E_Y0A/);
     await end();
   },

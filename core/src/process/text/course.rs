@@ -4,8 +4,8 @@ use super::source::{CHUNK_BYTES, ProgramSource, read_some};
 use crate::process::fault::Fault;
 use crate::program::{Batch, Dialect, ProgramRun, ReadLimits, Reader};
 
-/// The longest program whose loops and calls are followed \[bytes\]. Of a longer one nothing is known after a call, and
-/// loops refuse it.
+/// The longest program whose loops and calls are followed \[bytes\]. A longer program is refused if it has loops, and
+/// nothing is known after its calls.
 const MAX_BYTES: usize = 4 * 1024 * 1024;
 /// The most blocks of such a program. They stay in memory while it is followed.
 const MAX_BLOCKS: usize = 250_000;
