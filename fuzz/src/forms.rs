@@ -37,13 +37,14 @@ fn running() -> &'static Running {
 }
 
 /// Operations that take a form.
-const PATHS: [&str; 6] = [
+const PATHS: [&str; 7] = [
     "/v1/machines/example-ac-table/cc-compensation",
     "/v1/machines/example-ac-table/wear-compensation",
     "/v1/machines/example-ac-table/compensation",
     "/v1/machines/example-ac-table/verification",
     "/v1/machines/example-ac-table/interpretation",
     "/v1/jobs",
+    "/v1/job-batches",
 ];
 
 /// A form is taken or refused with a reason, whatever it is and however it arrives; nothing of it stays half written.

@@ -50,6 +50,7 @@ pub(super) fn needed(method: &str, route: &str) -> Need {
             | "/v1/scallop-height"
             | "/v1/wear-advice"
             | "/v1/jobs"
+            | "/v1/job-batches"
             | "/v1/jobs/{id}/deliveries",
         )
         | ("DELETE", "/v1/jobs/{id}") => Scope::Compute,

@@ -47,6 +47,17 @@ pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&
     })
 }
 
+/// The key of one part of a request that stores several things. The first part has the key of the request, so that the
+/// key of another request is found out.
+pub(super) fn key_of_part(used: Option<&KeyUse>, part: usize) -> Option<KeyUse> {
+    let mut used = used?.clone();
+    if part > 0 {
+        // A client cannot send a tab.
+        used.key = format!("{}\t{part}", used.key);
+    }
+    Some(used)
+}
+
 /// The earlier answer to a request with this key.
 ///
 /// # Errors

@@ -93,6 +93,13 @@ impl Problem {
         self
     }
 
+    /// The same problem, about this one of several files.
+    #[must_use]
+    pub fn about(mut self, path: &str) -> Self {
+        self.0.detail = format!("{path}: {}", self.0.detail);
+        self
+    }
+
     /// There is no machine with this id.
     #[must_use]
     pub fn machine_not_found(machine_id: &str) -> Self {

@@ -56,6 +56,8 @@ pub struct Shared {
     pub courier: Courier,
     /// Checks all stored data.
     pub keeper: Keeper,
+    /// The turn of an archive of programs, which holds many open files.
+    pub(super) archives: tokio::sync::Mutex<()>,
     /// Places for clients that follow the events of jobs.
     pub(super) followers: Shares,
     /// The API keys.
@@ -141,6 +143,7 @@ impl AppState {
             compute,
             spool,
             sources,
+            archives: tokio::sync::Mutex::default(),
             followers: Shares::new(Quota::EventStreams, settings.max_event_streams as u64, share),
             machines: HeldMachines::default(),
             keys: HeldKeys::new(&settings.data_dir),

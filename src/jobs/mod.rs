@@ -2,6 +2,7 @@
 
 mod acceptance;
 mod api_keys;
+mod archive;
 mod asking;
 mod calibration;
 mod cc_compensation;
@@ -46,6 +47,7 @@ mod workplace;
 
 pub use acceptance::{Accepted, already_done, steps_done, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
+pub use archive::{ArchiveFault, MOST_PROGRAMS, Unpacked, unpack};
 pub use asking::{asked_by, asker};
 pub use calibration::{
     CalibrationReading, due_at, evaluate, evaluate_ballbar, evaluate_budget, measured_at, period, time_bound,
@@ -65,7 +67,7 @@ pub use opening::{open_data_directory, profile_sha256};
 pub use program_file::InputFile;
 pub use program_job::{ProgramJob, run_program_job};
 pub use progress::Progress;
-pub use queue::{Besides, Describe, JobOrder, Queue, QueueLimits, QueueReading};
+pub use queue::{Besides, Describe, DrawnUp, JobOrder, Queue, QueueLimits, QueueReading};
 pub use refusals::{CompensatorFault, Refusal, RefusalClass};
 pub use scrub::{Keeper, ScrubLimits};
 pub use servo::{ServoWork, ServoWorkFault};

@@ -141,12 +141,13 @@ pub(super) async fn job_of_key(store: &Store, used: Option<&KeyUse>) -> Result<J
 }
 
 /// Keeps files before anything names them.
-pub(super) async fn keep_all<const N: usize>(
+pub(super) async fn keep_all(
     blobs: &Blobs,
-    drafts: [Option<Draft>; N],
+    drafts: impl IntoIterator<Item = Option<Draft>>,
 ) -> Result<(), JobFault> {
     let blobs = blobs.clone();
-    let keep = move || drafts.into_iter().flatten().try_for_each(|draft| blobs.keep(draft).map(drop));
+    let drafts: Vec<_> = drafts.into_iter().flatten().collect();
+    let keep = move || drafts.into_iter().try_for_each(|draft| blobs.keep(draft).map(drop));
     let kept = tokio::task::spawn_blocking(keep).await.map_err(|_panicked| ComputeFault::Panicked)?;
     Ok(kept?)
 }

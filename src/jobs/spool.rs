@@ -157,7 +157,7 @@ impl Upload {
 }
 
 /// The fault of shares inside a fault of writing, if there is one.
-fn no_share(fault: &std::io::Error) -> Option<NoShare> {
+pub(super) fn no_share(fault: &std::io::Error) -> Option<NoShare> {
     fault.get_ref()?.downcast_ref::<NoShare>().copied()
 }
 

@@ -12,12 +12,12 @@ use super::{JobRow, JobState, KeyUse, Store, StoreError};
 use crate::shares::{NoShare, Quota, Share, Who};
 use crate::wire::AuditAction;
 
-/// The result of queueing a job.
+/// The result of queueing jobs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Enqueued {
-    /// The job waits.
+    /// The jobs wait.
     Added,
-    /// Its key was used in the meantime; nothing is stored.
+    /// A key was used in the meantime; nothing is stored.
     KeyTaken,
     /// The queue is full; nothing is stored.
     Full,
@@ -37,15 +37,15 @@ pub struct QueueRoom {
 }
 
 impl QueueRoom {
-    /// Whether one more job of the caller may wait, if `waiting` jobs wait and `own` of them are its own.
+    /// Whether `more` jobs of the caller may wait, if `waiting` jobs wait and `own` of them are its own.
     ///
     /// # Errors
-    /// It may not.
-    pub fn check(&self, waiting: i64, own: i64) -> Result<(), NoShare> {
+    /// They may not.
+    pub fn check(&self, waiting: i64, own: i64, more: usize) -> Result<(), NoShare> {
         let count = |number: i64| u64::try_from(number).unwrap_or(0);
         let (waiting, own) = (count(waiting), count(own));
         let others = waiting.saturating_sub(own);
-        self.share.check(Quota::QueuedJobs, self.max_queued as u64, others, own, 1)
+        self.share.check(Quota::QueuedJobs, self.max_queued as u64, others, own, more as u64)
     }
 }
 
@@ -141,24 +141,21 @@ pub const DEATHS_BESIDE_OTHERS: i64 = 3;
 const TURNS_REMEMBERED: i64 = 10_000;
 
 impl Store {
-    /// Queues a job together with the idempotency key of its request, unless there is no room for one more job of its
-    /// caller.
+    /// Queues jobs of one caller, each with the idempotency key of its request: all of them, or none if there is no room
+    /// for all.
     ///
     /// # Errors
     /// The database failed.
     pub async fn enqueue(
         &self,
-        job: &JobRow,
-        used: Option<&KeyUse>,
+        jobs: &[(JobRow, Option<KeyUse>)],
         by: &Actor,
         room: &QueueRoom,
     ) -> Result<Enqueued, StoreError> {
-        let (JobRow { document, file_name, traceparent, accepted, .. }, used, by) =
-            (job.clone(), used.cloned(), by.clone());
-        let parameters = document.parameters.to_string();
+        let (jobs, by) = (jobs.to_vec(), by.clone());
         let (room, caller) = (room.clone(), room.caller.to_string());
         let added = self
-            .write("queueing a job", |connection| {
+            .write("queueing jobs", |connection| {
                 Box::pin(async move {
                     let waiting = sqlx::query!(
                         "SELECT count(*) AS \"all!: i64\", count(*) FILTER (WHERE caller = ?) AS \"own!: i64\"
@@ -167,36 +164,40 @@ impl Store {
                     )
                     .fetch_one(&mut *connection)
                     .await?;
-                    if let Err(refused) = room.check(waiting.all, waiting.own) {
+                    if let Err(refused) = room.check(waiting.all, waiting.own, jobs.len()) {
                         return Ok(Some(refused));
                     }
-                    let operation = document.operation.as_str();
-                    sqlx::query!(
-                        "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
+                    for (job, used) in &jobs {
+                        let JobRow { document, file_name, traceparent, accepted, .. } = job;
+                        let (operation, parameters) =
+                            (document.operation.as_str(), document.parameters.to_string());
+                        sqlx::query!(
+                            "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, external_id, callback_url, attempts,
                              software_version, created_at, traceparent, accepted, caller)
                          VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?, ?, ?)",
-                        document.id,
-                        document.machine_id,
-                        document.machine_revision,
-                        operation,
-                        parameters,
-                        file_name,
-                        document.input_sha256,
-                        document.surface_sha256,
-                        document.external_id,
-                        document.callback_url,
-                        document.software_version,
-                        document.created_at,
-                        traceparent,
-                        accepted,
-                        caller,
-                    )
-                    .execute(&mut *connection)
-                    .await?;
-                    let answer = Answer::Job(&document.id);
-                    keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
-                    audit(connection, &by, created(&document)).await?;
+                            document.id,
+                            document.machine_id,
+                            document.machine_revision,
+                            operation,
+                            parameters,
+                            file_name,
+                            document.input_sha256,
+                            document.surface_sha256,
+                            document.external_id,
+                            document.callback_url,
+                            document.software_version,
+                            document.created_at,
+                            traceparent,
+                            accepted,
+                            caller,
+                        )
+                        .execute(&mut *connection)
+                        .await?;
+                        let answer = Answer::Job(&document.id);
+                        keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                        audit(connection, &by, created(document)).await?;
+                    }
                     Ok(None)
                 })
             })
@@ -458,7 +459,7 @@ impl Store {
     ///
     /// # Errors
     /// The database failed; the inner error says that it may not.
-    pub async fn queue_room(&self, room: &QueueRoom) -> Result<Result<(), NoShare>, StoreError> {
+    pub async fn queue_room(&self, room: &QueueRoom, more: usize) -> Result<Result<(), NoShare>, StoreError> {
         let caller = room.caller.to_string();
         let waiting = sqlx::query!(
             "SELECT count(*) AS \"all!: i64\", count(*) FILTER (WHERE caller = ?) AS \"own!: i64\"
@@ -468,7 +469,7 @@ impl Store {
         .fetch_one(&self.readers)
         .await
         .doing("measuring the queue")?;
-        Ok(room.check(waiting.all, waiting.own))
+        Ok(room.check(waiting.all, waiting.own, more))
     }
 
     /// The number of waiting and running jobs.

@@ -128,6 +128,27 @@ pub struct JobDocument {
     pub finished_at: Option<String>,
 }
 
+/// A job of an archive.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct BatchedJob {
+    /// Path of the program in the archive.
+    #[schema(example = "op20/blade.nc")]
+    pub path: String,
+    /// Its job.
+    pub job: JobDocument,
+}
+
+/// The jobs of an archive.
+#[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
+pub struct JobBatch {
+    /// A job for each program, in the order of the archive. A request that is repeated with its key gets those that
+    /// are still stored.
+    pub items: Vec<BatchedJob>,
+    /// Files of the archive that are not programs: hidden files, and those below `__MACOSX`.
+    #[schema(example = json!([]))]
+    pub left_out: Vec<String>,
+}
+
 /// Request for a job; `P` is the type of the operation's parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -90,7 +90,7 @@ pub use interpretation::{
     InterpretationAnswer, InterpretationEnd, InterpretationParameters, InterpretationTable,
     InterpretedMotionDoc, JointsInOrder, LeftAloneDoc, MotionKindDoc,
 };
-pub use job::{JobDocument, JobOperation, JobRequest, JobState};
+pub use job::{BatchedJob, JobBatch, JobDocument, JobOperation, JobRequest, JobState};
 pub use job_path::{ErrorsByLine, JobPath, tools_of_report};
 pub use kinematics::{
     ForwardRequest, InverseRequest, JointWords, KinematicsOptions, LocationErrors, Pose, PoseWarning,

@@ -9,6 +9,7 @@ use reqwest::{Method, RequestBuilder, Response};
 use serde_json::{Map, Value};
 use trunnion::jobs::CutterContactCompensator;
 
+use crate::job_batches::archive;
 use crate::queue::{Held, accepted, cc, ended, running, spawn_held};
 use crate::receiver::Receiver;
 use crate::recorded;
@@ -325,6 +326,12 @@ fn request(app: &App, method: Method, address: &str, operation: &Value, sample: 
         Some("multipart/form-data") => {
             let mut form = Form::new();
             for (name, value) in sample.body.as_object().unwrap() {
+                // The text of an example is no archive.
+                if name == "programs" {
+                    let programs = archive(&[("op20/blade.nc", b"G21\nM30\n")]);
+                    form = form.part("programs", Part::bytes(programs).file_name("programs.zip"));
+                    continue;
+                }
                 let is_file = sample.schema["properties"][name]["format"] == "binary";
                 let part = Part::text(plain(value));
                 form = form.part(name.clone(), if is_file { part.file_name("blade.nc") } else { part });

@@ -28,6 +28,7 @@ mod hostile_surfaces;
 mod http2;
 mod interpretation;
 mod inverse;
+mod job_batches;
 mod job_path;
 mod jobs;
 mod keys;

@@ -3,8 +3,10 @@
 // a folder for the browser's profile. TRUNNION_URL, TRUNNION_KEY (a key with every scope) and RECEIVER_PORT say where.
 
 import { strict as assert } from "node:assert";
-import { readFileSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync } from "node:fs";
 import { createServer } from "node:http";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium } from "playwright-core";
 
@@ -21,6 +23,9 @@ const REFUSED = {
 const LAST = ["cancel_job", "withdraw_wear_entry", "delete_tool", "delete_machine", "revoke_api_key"];
 // The files for the form of an operation; of several tools, posting takes cutter locations.
 const FILES = { post_program: "flank.apt", verify_part: "dome.nc" };
+// An archive of programs, made here.
+const archive = join(mkdtempSync(join(tmpdir(), "programs-")), "programs.zip");
+execFileSync("python3", ["-m", "zipfile", "-c", archive, join(examples, "blade.nc"), join(examples, "dome.nc")]);
 
 const call = async (method, path, body, headers = {}) => {
   const isForm = body instanceof FormData;
@@ -163,9 +168,11 @@ const execute = async (block, { path, method, operation }, kind) => {
   if (operation.operationId === "compare_calibrations")
     await block.locator('tr[data-param-name="from"] input').fill(earlier);
   if (kind === "multipart/form-data") {
+    const many = operation.operationId === "create_job_batch";
     const name = FILES[operation.operationId] ?? "blade.nc";
-    const row = block.locator('.opblock-section-request-body tr[data-property-name="program"]');
-    await row.locator("input[type=file]").setInputFiles(join(examples, name));
+    const field = many ? "programs" : "program";
+    const row = block.locator(`.opblock-section-request-body tr[data-property-name="${field}"]`);
+    await row.locator("input[type=file]").setInputFiles(many ? archive : join(examples, name));
   }
   const pattern = new RegExp(`^${url}${path.replace(/\{[^}]*\}/g, "[^/?]+")}(\\?.*)?$`);
   const answer = page.waitForResponse(

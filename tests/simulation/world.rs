@@ -410,7 +410,9 @@ impl World {
             used: None,
             by: Actor::without_request(AuditOrigin::Service),
         };
-        app.queue.accept(job, Besides { external_id: Some(name.to_owned()), ..Besides::default() }).await
+        let besides = Besides { external_id: Some(name.to_owned()), ..Besides::default() };
+        let accepted = app.queue.accept(vec![app.queue.draw_up(job, besides)?]).await?;
+        Ok(accepted.into_iter().next().unwrap())
     }
 
     /// Whether no job goes on but one that waits at the gate, and whether no end is to be told now.

@@ -1,7 +1,5 @@
 //! Accepts a job.
 
-use std::sync::Arc;
-
 use axum::extract::{Request, State};
 use axum::response::{IntoResponse, Response};
 use http::header::LOCATION;
@@ -9,22 +7,20 @@ use http::{HeaderValue, StatusCode};
 use serde::Serialize;
 
 use super::job_tag;
+use super::ordered::{Ordered, Sent, invalid, read_order};
 use crate::description::{ToSchema, operation};
 use crate::http::AppState;
-use crate::http::caller::{Caller, actor};
+use crate::http::caller::Caller;
 use crate::http::conditional::tagged;
-use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
-use crate::http::observation::Trace;
-use crate::http::problem::{Problem, ProblemType};
-use crate::http::programs::upload::{Form, take_form};
+use crate::http::problem::Problem;
+use crate::http::programs::upload::{Form, FormFields, Part, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{Besides, JobFault, JobOrder, ProgramJob, Sizes, steps_done, with_wear};
 use crate::store::{Draft, JobRow};
 use crate::wire::{
-    CcParameters, CompensationParameters, Fault, JobOperation, NoParameters, PostingParameters,
+    CcParameters, CompensationParameters, JobOperation, NoParameters, PostingParameters,
     ServoProgramParameters, VerificationParameters, WearParameters,
 };
 
@@ -50,7 +46,7 @@ struct JobForm {
 /// The request for a job.
 #[derive(Debug, Serialize, ToSchema)]
 #[schema(as = JobRequest)]
-struct JobRequestDoc {
+pub(super) struct JobRequestDoc {
     /// Id of the machine; its current revision is fixed when the job is accepted.
     #[schema(example = "example-ac-table")]
     machine_id: String,
@@ -128,18 +124,9 @@ pub(super) async fn create_job(
     choose(request.headers(), &["application/json"])?;
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
-    let read = |text: &[u8]| {
-        let order = JobOrder::read(text)?;
-        let url = order.callback_url.as_deref().and_then(|url| url.parse().ok());
-        if let Some(Err(fault)) = url.map(|url| app.courier.admit(&url)) {
-            let fault = Fault::new("/callback_url", fault.to_string());
-            return Err(JobFault::Parameters(vec![fault]).into());
-        }
-        Ok(order)
-    };
-    let Form { document, program, file_name, surface } = take_form(&app, &parts, body, "job", read).await?;
-    let invalid =
-        |pointer, detail| Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(pointer, detail)]);
+    let names = FormFields { document: "job", file: "program", part: Part::Seen };
+    let form = take_form(&app, &parts, body, names, |text| read_order(&app, text)).await?;
+    let Form { document, program, file_name, surface } = form;
     let order = document.ok_or_else(|| invalid("/job", "the field job is missing"))?;
     caller.must_reach(&order.machine_id)?;
     let mut said = vec![program.sha256(), order.canonical.clone()];
@@ -151,38 +138,17 @@ pub(super) async fn create_job(
     if surface.is_some() && !order.looks_at_part {
         return Err(invalid("/surface", "this operation does not use a surface; remove the field"));
     }
-    let on = Arc::unwrap_or_clone(current_machine(&app, &order.machine_id).await?);
-    let on = with_wear(&app.store, &app.sources, on, order.cutter_id.as_deref()).await?;
-    let machine_revision = on.revision;
-    let machines = caller.machines.as_deref();
-    let steps_done = steps_done(&app.store, &program.sha256(), machines).await?;
-    let repeats = order.steps.shared_with(steps_done);
-    let sizes = Sizes::of_drafts(&program, surface.as_ref())?;
-    let work = order.work(on, sizes, &app.means())?;
-    // Work that can never have memory is refused now; work that has none at present waits.
-    if let Some(facets) = sizes.surface_facets
-        && let Err(fault) = app.compute.surface_memory(facets)
-        && fault.is_too_large()
-    {
-        return Err(JobFault::PartSurface(fault).into());
-    }
-    app.queue.check_room().await?;
-    let JobOrder { machine_id, external_id, callback_url, .. } = order;
-    let job = ProgramJob {
-        machine_id,
-        machine_revision,
-        work,
-        repeats: repeats.map(|step| step.name().to_owned()),
-        steps_done,
-        program,
-        surface,
-        file_name,
-        used,
-        by: actor(&parts)?,
-    };
-    let traceparent = parts.extensions.get::<Trace>().map(ToString::to_string);
-    Ok(accepted(app.queue.accept(job, Besides { external_id, callback_url, traceparent }).await?))
+    let ordered = Ordered::new(&app, &parts, &caller, order).await?;
+    app.queue.check_room(1).await?;
+    let job = ordered.draw_up(&app, Sent { program, surface, file_name, used }).await?;
+    let job = app.queue.accept(vec![job]).await?.pop().ok_or_else(|| Problem::internal(&NoJob))?;
+    Ok(accepted(job))
 }
+
+/// An accepted job is missing: a fault of the service.
+#[derive(Debug, thiserror::Error)]
+#[error("the queue accepted no job")]
+struct NoJob;
 
 fn accepted(job: JobRow) -> Response {
     let location = format!("/v1/jobs/{}", job.document.id);

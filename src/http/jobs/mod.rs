@@ -2,6 +2,7 @@
 
 mod cancel_job;
 mod create_job;
+mod create_job_batch;
 mod deliver_again;
 mod get_changes;
 mod get_events;
@@ -13,6 +14,7 @@ mod get_report;
 mod get_residuals;
 mod list_deliveries;
 mod list_jobs;
+mod ordered;
 
 use axum::response::Response;
 use http::HeaderMap;
@@ -29,6 +31,7 @@ use crate::wire::{JobDocument, JobState};
 resource! {
     list_jobs::list_jobs,
     create_job::create_job,
+    create_job_batch::create_job_batch,
     get_job::get_job,
     cancel_job::cancel_job,
     get_events::get_job_events,

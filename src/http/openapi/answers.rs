@@ -17,7 +17,7 @@ pub(super) fn all() -> Map<String, Value> {
     answers.into_iter().map(|(id, answers)| (id, brief(answers))).collect()
 }
 
-/// The first items of lists (of numbers all, because they may be a vector), the beginning of texts, six digits of
+/// The first items of lists (of numbers all, because they may be a vector), the beginning of texts, four digits of
 /// numbers.
 fn brief(answer: Value) -> Value {
     match answer {
@@ -36,7 +36,7 @@ fn brief(answer: Value) -> Value {
         }),
         Value::Number(number) if number.is_f64() => {
             let value = number.as_f64().unwrap_or_default();
-            format!("{value:.5e}").parse::<f64>().map_or(Value::Number(number), Value::from)
+            format!("{value:.3e}").parse::<f64>().map_or(Value::Number(number), Value::from)
         }
         other => other,
     }
@@ -88,7 +88,7 @@ mod tests {
         let expected = format!("{}…", "G1 X0.0 Y0.0\n".repeat(CHARACTERS / 13));
         assert_eq!(
             brief(answer),
-            json!({ "axis": [0.0, 0.123_457, 1.0], "items": ["a", "b"], "text": expected, "count": 12_345_678 })
+            json!({ "axis": [0.0, 0.123_5, 1.0], "items": ["a", "b"], "text": expected, "count": 12_345_678 })
         );
     }
 }

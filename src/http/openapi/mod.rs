@@ -25,7 +25,7 @@ use super::webhooks::describe_messages;
 #[openapi(
     info(
         title = "Trunnion",
-        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests. Lists are cut to two items, long texts to their beginning, numbers to six digits. In a request, leave out a member that has no value.",
+        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests. Lists are cut to two items, long texts to their beginning, numbers to four digits. In a request, leave out a member that has no value.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     components(schemas(ProblemDocument)),

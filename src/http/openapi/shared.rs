@@ -1,5 +1,5 @@
 //! What several operations have is written once, under `components`: every refusal, and parameters, headers and
-//! examples that occur more than once.
+//! examples that occur more than once. The refusals that every operation can give are its `default` response.
 //!
 //! The most frequent of several values gets the plain name, such as the status of a refusal. The others have the id of
 //! the first operation behind it.
@@ -22,6 +22,7 @@ pub(super) fn share(document: &mut Value) {
         ("parameters", 2, parameters),
         ("responses", 1, refusals),
     ];
+    gather_common_refusals(document);
     for (kind, least, visit) in kinds {
         let mut parts = Parts::default();
         each_operation(document, |operation, id| visit(operation, id, &mut parts));
@@ -31,6 +32,45 @@ pub(super) fn share(document: &mut Value) {
             components.insert(kind.to_owned(), Value::Object(shared));
         }
     }
+}
+
+/// Puts one response `default` in the place of the refusals that are the same in every operation.
+fn gather_common_refusals(document: &mut Value) {
+    let mut common: Option<BTreeMap<String, Value>> = None;
+    each_operation(document, |operation, _| {
+        let own: BTreeMap<_, _> = responses_of(operation)
+            .filter(|(status, _)| is_refusal(status))
+            .map(|(status, response)| (status.clone(), response.clone()))
+            .collect();
+        match &mut common {
+            Some(common) => common.retain(|status, response| own.get(status) == Some(response)),
+            None => common = Some(own),
+        }
+    });
+    let common = common.unwrap_or_default();
+    if common.is_empty() {
+        return;
+    }
+    let words = common.iter().map(|(status, response)| {
+        format!("{status} {}", response.get("description").and_then(Value::as_str).unwrap_or_default())
+    });
+    let description = format!("What every operation can answer: {}", words.collect::<Vec<_>>().join("; "));
+    let mut gathered = json!({ "description": description });
+    for part in ["content", "headers"] {
+        if let Some(found) = common.values().find_map(|response| response.get(part)) {
+            gathered[part] = found.clone();
+        }
+    }
+    each_operation(document, |operation, _| {
+        let Some(responses) = operation.get_mut("responses").and_then(Value::as_object_mut) else { return };
+        responses.retain(|status, _| !common.contains_key(status));
+        responses.insert("default".to_owned(), gathered.clone());
+    });
+}
+
+/// Whether a response with this status is a problem document.
+fn is_refusal(status: &str) -> bool {
+    status.starts_with(['4', '5']) || status == "default"
 }
 
 fn each_operation(document: &mut Value, mut visit: impl FnMut(&mut Map<String, Value>, &str)) {
@@ -94,7 +134,7 @@ fn responses_of(operation: &mut Map<String, Value>) -> impl Iterator<Item = (&St
 }
 
 fn refusals(operation: &mut Map<String, Value>, id: &str, parts: &mut Parts) {
-    for (status, response) in responses_of(operation).filter(|(status, _)| status.starts_with(['4', '5'])) {
+    for (status, response) in responses_of(operation).filter(|(status, _)| is_refusal(status)) {
         parts.visit(response, status, id);
     }
 }
@@ -177,6 +217,24 @@ mod tests {
         assert_eq!(refusal("/c"), "#/components/responses/404");
         let answered = |path: &str| document["paths"][path]["post"]["responses"]["200"].clone();
         assert_eq!((answered("/a"), answered("/c")), (answer("short"), answer(&long)));
+    }
+
+    #[test]
+    fn refusals_of_every_operation_are_one_default_response() {
+        let refusal =
+            |words: &str| json!({ "description": words, "content": {"application/problem+json": {}} });
+        let lost = |words: &str| {
+            json!({ "operationId": words, "responses":
+                {"200": {"description": "Good."}, "404": refusal(words), "414": refusal("Long."), "500": refusal("Broken.")} })
+        };
+        let mut document =
+            json!({ "components": {}, "paths": {"/a": {"get": lost("a")}, "/b": {"put": lost("b")}} });
+        share(&mut document);
+        let common = refusal("What every operation can answer: 414 Long.; 500 Broken.");
+        assert_eq!(document["components"]["responses"]["default"], common);
+        let responses = document["paths"]["/b"]["put"]["responses"].as_object().unwrap();
+        assert_eq!(responses.keys().collect::<Vec<_>>(), ["200", "404", "default"]);
+        assert_eq!(responses["default"]["$ref"], "#/components/responses/default");
     }
 
     #[test]

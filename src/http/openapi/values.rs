@@ -45,7 +45,8 @@ pub(super) fn mend(document: &mut Value) {
     // in the document of a refusal, which has no other.
     for (name, schema) in schemas.iter_mut() {
         let properties = schema.get_mut("properties").and_then(Value::as_object_mut);
-        let Some(properties) = properties.filter(|all| !all.contains_key("program") && name != "Problem")
+        let Some(properties) = properties
+            .filter(|all| !all.contains_key("job") && !all.contains_key("program") && name != "Problem")
         else {
             continue;
         };

@@ -32,7 +32,7 @@ pub(super) struct Upload<P> {
 
 /// Whether an operation uses the part's surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Part {
+pub(in crate::http) enum Part {
     /// A field `surface` is not allowed.
     Unseen,
     /// A field `surface` is allowed.
@@ -107,8 +107,8 @@ async fn multipart<P: DeserializeOwned>(
 ) -> Result<Upload<P>, Problem> {
     // A field that states no parameter leaves them to the query.
     let read = |text: &[u8]| if is_empty_object(text) { Ok(None) } else { Ok(Some(read_json(text)?)) };
-    let Form { document, program, file_name, surface } =
-        form(app, parts, incoming, "parameters", part, read).await?;
+    let names = FormFields { document: "parameters", file: "program", part };
+    let Form { document, program, file_name, surface } = form(app, parts, incoming, names, read).await?;
     let query = parts.uri.query().unwrap_or_default();
     let parameters = match document.flatten() {
         Some(_) if !query.is_empty() => {
@@ -128,6 +128,17 @@ fn is_empty_object(text: &[u8]) -> bool {
     text.iter().filter(|byte| !byte.is_ascii_whitespace()).eq(b"{}")
 }
 
+/// The names of a form's fields.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::http) struct FormFields {
+    /// The field with the JSON document.
+    pub(in crate::http) document: &'static str,
+    /// The field with the file.
+    pub(in crate::http) file: &'static str,
+    /// Whether the form may have a surface.
+    pub(in crate::http) part: Part,
+}
+
 /// A form with a JSON document, a program and optionally the part's surface.
 pub(in crate::http) struct Form<D> {
     /// The document, if the form has one.
@@ -140,39 +151,39 @@ pub(in crate::http) struct Form<D> {
     pub(in crate::http) surface: Option<Draft>,
 }
 
-/// Takes a form with its document in the field `name`, within the limits of bodies and surfaces.
+/// Takes a form with these fields, within the limits of bodies and surfaces.
 pub(in crate::http) async fn take_form<D>(
     app: &AppState,
     parts: &Parts,
     body: Body,
-    name: &'static str,
+    names: FormFields,
     read: impl Fn(&[u8]) -> Result<D, Problem>,
 ) -> Result<Form<D>, Problem> {
     let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
     if media_type(&parts.headers).as_deref() != Some(MULTIPART) {
         incoming.swallow().await;
-        let detail = format!("send {MULTIPART} with the fields {name} and program");
+        let detail = format!("send {MULTIPART} with the fields {} and {}", names.document, names.file);
         return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
     }
-    let limit = app.settings.max_body_bytes.saturating_add(app.settings.max_surface_bytes);
+    let surface = if names.part == Part::Seen { app.settings.max_surface_bytes } else { 0 };
+    let limit = app.settings.max_body_bytes.saturating_add(surface);
     if content_length(&parts.headers)
         .is_some_and(|length| length > limit.saturating_add(app.settings.max_parameters_bytes))
     {
         return Err(incoming.refuse_length(limit).await);
     }
-    form(app, parts, incoming, name, Part::Seen, read).await
+    form(app, parts, incoming, names, read).await
 }
 
 async fn form<D>(
     app: &AppState,
     parts: &Parts,
     incoming: Incoming,
-    document_name: &'static str,
-    part: Part,
+    names: FormFields,
     read: impl Fn(&[u8]) -> Result<D, Problem>,
 ) -> Result<Form<D>, Problem> {
     let (body, between) = incoming.into_form(app.settings.max_header_bytes);
-    let form = fields(app, parts, (body, &between), document_name, part, read).await;
+    let form = fields(app, parts, (body, &between), names, read).await;
     if let Err(problem) = &form {
         // A form that does not arrive, or that is not a form, has no rest to wait for.
         if !matches!(problem.kind(), ProblemType::RequestTimeout | ProblemType::MalformedRequest) {
@@ -186,8 +197,7 @@ async fn fields<D>(
     app: &AppState,
     parts: &Parts,
     (body, between): (Body, &BetweenFields),
-    document_name: &'static str,
-    part: Part,
+    names: FormFields,
     read: impl Fn(&[u8]) -> Result<D, Problem>,
 ) -> Result<Form<D>, Problem> {
     let mut request = Request::from_parts(parts.clone(), body);
@@ -206,15 +216,15 @@ async fn fields<D>(
         let Some(mut field) = paused(app, form.next_field()).await? else { break };
         between.leave();
         match field.name().unwrap_or_default() {
-            name if name == document_name && document.is_none() => {
+            name if name == names.document && document.is_none() => {
                 let (mut text, mut paid) = (Vec::new(), PaidAsItGrows::default());
                 while let Some(chunk) = paused(app, field.chunk()).await? {
                     paid.grow_to(text.len() + chunk.len())?;
                     text.extend_from_slice(&chunk);
                     let limit = app.settings.max_parameters_bytes;
                     if text.len() as u64 > limit {
-                        let detail =
-                            format!("the field {document_name} is larger than the limit of {limit} bytes");
+                        let field = names.document;
+                        let detail = format!("the field {field} is larger than the limit of {limit} bytes");
                         return Err(Problem::new(ProblemType::BodyTooLarge, detail));
                     }
                 }
@@ -225,14 +235,14 @@ async fn fields<D>(
                     document = Some(read(&text)?);
                 }
             }
-            "program" if program.is_none() => {
+            name if name == names.file && program.is_none() => {
                 let name = field.file_name().and_then(clean_name);
                 let kind = field.content_type().map(str::to_owned);
                 let draft = spooled(app, &mut field, app.spool.begin()?).await?;
                 program = is_filled(&draft, name.as_deref()).then_some((draft, name, kind));
                 empty_parts += u32::from(program.is_none());
             }
-            "surface" if surface.is_none() && part == Part::Seen => {
+            "surface" if surface.is_none() && names.part == Part::Seen => {
                 let name = field.file_name().and_then(clean_name);
                 let spooling = app.spool.begin_within(app.settings.max_surface_bytes)?;
                 let draft = spooled(app, &mut field, spooling).await?;
@@ -242,9 +252,8 @@ async fn fields<D>(
             name => {
                 let name = name.to_owned();
                 let known = match name.as_str() {
-                    "program" => true,
-                    "surface" => part == Part::Seen,
-                    name => name == document_name,
+                    "surface" => names.part == Part::Seen,
+                    name => name == names.document || name == names.file,
                 };
                 let mut filled = !known;
                 while !filled && let Some(chunk) = paused(app, field.chunk()).await? {
@@ -267,7 +276,8 @@ async fn fields<D>(
     }
     between.end(Duration::from_secs_f64(app.settings.body_pause_timeout_s)).await?;
     let Some((program, file_name, media_type)) = program else {
-        let fault = Fault::new("/program", "the file field program is missing; choose a file");
+        let detail = format!("the file field {} is missing; choose a file", names.file);
+        let fault = Fault::new(format!("/{}", names.file), detail);
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
     };
     let file_name = named(file_name, &program, media_type.as_deref());

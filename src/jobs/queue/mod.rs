@@ -67,6 +67,23 @@ pub struct Besides {
     pub traceparent: Option<String>,
 }
 
+/// A job that is about to be accepted, with its files.
+#[derive(Debug)]
+pub struct DrawnUp {
+    row: JobRow,
+    used: Option<KeyUse>,
+    by: Actor,
+    files: [Option<Draft>; 2],
+}
+
+impl DrawnUp {
+    /// Bytes of its stored texts, which it holds in memory until it is accepted.
+    #[must_use]
+    pub fn text_bytes(&self) -> u64 {
+        self.row.accepted.as_ref().map_or(0, |accepted| accepted.len() as u64)
+    }
+}
+
 /// The queue; cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Queue(Arc<Shared>);
@@ -175,32 +192,30 @@ impl Queue {
         Ok(QueueReading { queued, running, oldest_s: waited.unwrap_or(0.0).max(0.0) })
     }
 
-    /// Whether another job may wait; checked before its files are taken.
+    /// Whether `more` jobs may wait; checked before their files are taken.
     ///
     /// # Errors
-    /// The queue, or this caller's part of it, is full; or the database failed.
-    pub async fn check_room(&self) -> Result<(), JobFault> {
+    /// The queue, or this caller's part of it, has no room for them; or the database failed.
+    pub async fn check_room(&self, more: usize) -> Result<(), JobFault> {
         let shared = &*self.0;
-        let room = shared.store.queue_room(&shared.room()).await?;
+        let room = shared.store.queue_room(&shared.room(), more).await?;
         room.map_err(|refused| match refused {
             NoShare::Full { .. } => JobFault::QueueFull { waiting: shared.limits.max_queued },
             over @ NoShare::OverShare { .. } => over.into(),
         })
     }
 
-    /// Accepts a job: its files are kept, then one transaction names them, and it will be computed. The machine's
-    /// revision is fixed now.
+    /// A job as it will be accepted: it has its id, and its machine's revision is fixed.
     ///
     /// # Errors
-    /// The queue is full, the key belongs to another request, or the files cannot be kept.
-    pub async fn accept(&self, job: ProgramJob, besides: Besides) -> Result<JobRow, JobFault> {
-        let shared = &*self.0;
+    /// What it is accepted with cannot be printed.
+    pub fn draw_up(&self, job: ProgramJob, besides: Besides) -> Result<DrawnUp, JobFault> {
         let Besides { external_id, callback_url, traceparent } = besides;
         let ProgramJob { machine_id, machine_revision, work, program, surface, file_name, used, by, .. } =
             job;
         let steps_done = (!job.steps_done.is_empty()).then(|| job.steps_done.to_string());
         let accepted = Accepted { shelf: work.shelf.kept(), repeats: job.repeats, steps_done };
-        let sources = &shared.sources;
+        let sources = &self.0.sources;
         let document = JobDocument {
             id: sources.ids.next().to_string(),
             machine_id,
@@ -231,23 +246,43 @@ impl Queue {
             motions_checked: None,
             accepted: Some(serde_json::to_string(&accepted)?),
         };
-        let enqueued = shared.enqueue(&row, [Some(program), surface], used.as_ref(), &by).await;
+        Ok(DrawnUp { row, used, by, files: [Some(program), surface] })
+    }
+
+    /// Accepts jobs of one request, all or none: their files are kept, then one transaction names them, and they will
+    /// be computed.
+    ///
+    /// # Errors
+    /// The queue has no room for all of them, a key belongs to another request, or the files cannot be kept.
+    pub async fn accept(&self, jobs: Vec<DrawnUp>) -> Result<Vec<JobRow>, JobFault> {
+        let shared = &*self.0;
+        let Some(by) = jobs.first().map(|job| job.by.clone()) else { return Ok(Vec::new()) };
+        let (rows, files): (Vec<_>, Vec<_>) =
+            jobs.into_iter().map(|DrawnUp { row, used, files, .. }| ((row, used), files)).unzip();
+        let enqueued = shared.enqueue(&rows, files, &by).await;
         if !matches!(enqueued, Ok(Enqueued::Added)) {
-            // A refused job leaves nothing in the store, whatever the reason.
-            let kept = [Some(row.document.input_sha256.clone()), row.document.surface_sha256.clone()];
-            shared.give_up(kept.into_iter().flatten());
+            // Refused jobs leave nothing in the store, whatever the reason.
+            let documents = rows.iter().map(|(row, _)| &row.document);
+            let kept = documents.flat_map(|job| [Some(job.input_sha256.clone()), job.surface_sha256.clone()]);
+            shared.give_up(kept.flatten());
             if let Err(fault) = shared.tidy(Duration::ZERO).await {
-                tracing::warn!(error = %fault, "the files of a refused job are not removed yet");
+                tracing::warn!(error = %fault, "the files of refused jobs are not removed yet");
             }
         }
         match enqueued? {
             Enqueued::Added => {
                 shared.more.notify_one();
-                Ok(row)
+                Ok(rows.into_iter().map(|(row, _)| row).collect())
             }
             Enqueued::Full => Err(JobFault::QueueFull { waiting: shared.limits.max_queued }),
             Enqueued::NoShare(over) => Err(over.into()),
-            Enqueued::KeyTaken => job_of_key(&shared.store, used.as_ref()).await,
+            Enqueued::KeyTaken => {
+                let mut earlier = Vec::with_capacity(rows.len());
+                for (_, used) in rows {
+                    earlier.push(job_of_key(&shared.store, used.as_ref()).await?);
+                }
+                Ok(earlier)
+            }
         }
     }
 
@@ -315,18 +350,17 @@ impl Queue {
 }
 
 impl Shared {
-    /// Keeps the files of a job, then names them.
+    /// Keeps the files of jobs, then names them.
     async fn enqueue(
         &self,
-        row: &JobRow,
-        files: [Option<Draft>; 2],
-        used: Option<&KeyUse>,
+        rows: &[(JobRow, Option<KeyUse>)],
+        files: Vec<[Option<Draft>; 2]>,
         by: &Actor,
     ) -> Result<Enqueued, JobFault> {
         let blobs = self.spool.blobs();
         let _naming = blobs.naming().await;
-        keep_all(blobs, files).await?;
-        Ok(self.store.enqueue(row, used, by, &self.room()).await?)
+        keep_all(blobs, files.into_iter().flatten()).await?;
+        Ok(self.store.enqueue(rows, by, &self.room()).await?)
     }
 
     /// The room for jobs of the present caller.
