@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import threading
 import time
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,20 @@ def test_one_key_is_one_job(client: Trunnion, machine: Machine) -> None:
     job.finished()
     assert [found.id for found in client.jobs(external_id="WO-4711/20", state="succeeded")] == [job.id]
     assert client.job(job.id).report()["after"]["max_um"] <= 10
+
+
+def test_an_archive_is_one_job_for_each_program(client: Trunnion, machine: Machine, tmp_path: Path) -> None:
+    archive = tmp_path / "programs.zip"
+    with zipfile.ZipFile(archive, "w", zipfile.ZIP_DEFLATED) as programs:
+        for name in ("blade.nc", "dome.nc"):
+            programs.write(EXAMPLES / name, f"op20/{name}")
+    jobs = machine.post_jobs("cc-compensation", archive, PARAMETERS, idempotency_key="WO-4720", external_id="WO-4720")
+    assert list(jobs) == ["op20/blade.nc", "op20/dome.nc"]
+    again = machine.post_jobs("cc-compensation", archive, PARAMETERS, idempotency_key="WO-4720", external_id="WO-4720")
+    assert [job.id for job in again.values()] == [job.id for job in jobs.values()]
+    for job in jobs.values():
+        job.finished()
+    assert {job.id for job in client.jobs(external_id="WO-4720")} == {job.id for job in jobs.values()}
 
 
 def test_events_end_with_the_final_state(machine: Machine) -> None:

@@ -122,7 +122,8 @@ async fn accept(
         let file_name = clean_name(path).unwrap_or_else(|| "program.nc".to_owned());
         let job = ordered.draw_up(app, Sent { program, surface: None, file_name, used }).await;
         let job = job.map_err(|problem| problem.about(path))?;
-        memory::keep(parameter_bytes + job.text_bytes())?;
+        // The store gets a copy.
+        memory::keep(2 * (parameter_bytes + job.text_bytes()))?;
         jobs.push(job);
     }
     Ok(app.queue.accept(jobs).await?)

@@ -55,29 +55,27 @@ AuditAction: TypeAlias = Literal[
 """What was done."""
 
 
-class AuditFilters(TypedDict):
-    """The query of `list_audit_entries`."""
-
-    machine_id: NotRequired[str]
-    """Only changes that concern this machine."""
-    key_id: NotRequired[str]
-    """Only changes made with this key."""
-    action: NotRequired[AuditAction]
-    """Only changes of this kind."""
+AuditFilters = TypedDict(
+    "AuditFilters",
+    {
+        "machine_id": NotRequired[str],
+        "key_id": NotRequired[str],
+        "action": NotRequired[AuditAction],
+        "from": NotRequired[str | datetime],
+        "to": NotRequired[str | datetime],
+    },
+)
 
 
 AuditOrigin: TypeAlias = Literal["http", "command-line", "service"]
 """Where a change came from."""
 
 
-BTreeMap: TypeAlias = Mapping[str, float]
-
-
 BarDirection: TypeAlias = Literal["radial", "tangential", "axial"]
 """Direction in which the bar points at zero."""
 
 
-class BlindDoc(TypedDict):
+class Blind(TypedDict):
     """A combination of errors that the run cannot see."""
 
     offsets_of_tests: Sequence[int]
@@ -105,6 +103,13 @@ class BudgetLine(TypedDict):
 
 CalibrationKind: TypeAlias = Literal["rtcp-ballbar", "rotary-sphere"]
 """How the machine was measured."""
+
+
+CalibrationLimits: TypeAlias = Mapping[str, float]
+"""
+The largest magnitude of each location error against the machine's frame, under its name in `iso_230` of a run
+(µm or µrad).
+"""
 
 
 class ChangeSeries(TypedDict):
@@ -148,7 +153,7 @@ Correction: TypeAlias = Literal["even", "foot", "seed"]
 """How a deviating block is corrected."""
 
 
-class CovarianceDoc(TypedDict):
+class Covariance(TypedDict):
     """Covariance of the identified errors (µm², µm·µrad, µrad²)."""
 
     matrix_um_urad: Sequence[Sequence[float]]
@@ -220,7 +225,7 @@ class Difference(TypedDict):
     """
 
 
-class EccentricitiesDoc(TypedDict):
+class Eccentricities(TypedDict):
     """
     Eccentricities of each test (µm), in the order of the tests: (x, y) of a C axis, (y, z) of an A axis, (z,
     x) of a B axis. Null if the angles do not determine them.
@@ -264,6 +269,9 @@ class Estimate(TypedDict):
     """Standard uncertainty; null if the readings do not give it."""
     value: float
     """Value."""
+
+
+FactorsByAxis: TypeAlias = Mapping[str, float]
 
 
 class Fault(TypedDict):
@@ -527,19 +535,13 @@ class NotModelled(TypedDict):
     """First line of the upload, if the effect belongs to some motions."""
 
 
-Numbers2: TypeAlias = Sequence[float]
-
-
-Numbers3: TypeAlias = Sequence[float]
-
-
 NumbersOrNull: TypeAlias = float | Sequence[float | None] | None
 
 
 NumbersOrOne: TypeAlias = float | Sequence[float]
 
 
-class OutlierDoc(TypedDict):
+class Outlier(TypedDict):
     """A reading that was left out."""
 
     reading: int
@@ -561,6 +563,9 @@ class Oval(TypedDict):
     """Half of the peak-to-peak value."""
     major_axis_deg: float
     """Direction of the major axis, in [0, 180)."""
+
+
+Pair: TypeAlias = Sequence[float]
 
 
 class PartsInterval(TypedDict):
@@ -610,11 +615,11 @@ class Pole(TypedDict):
 class PolylinePoint(TypedDict):
     """A corner of a polyline: the tip (mm) and the tool axis, which is +Z if it is not given."""
 
-    i: NotRequired[float | None]
+    i: NotRequired[float]
     """X component of the tool axis; give i j k together or leave out all three."""
-    j: NotRequired[float | None]
+    j: NotRequired[float]
     """Y component of the tool axis."""
-    k: NotRequired[float | None]
+    k: NotRequired[float]
     """Z component of the tool axis."""
     x: float
     """X of the tip."""
@@ -695,7 +700,7 @@ ProgramUnit: TypeAlias = Literal["mm", "inch"]
 """Unit of the lengths in a program."""
 
 
-class ReadingDoc(TypedDict):
+class Reading(TypedDict):
     """One reading of the bar."""
 
     angle_deg: float
@@ -822,26 +827,26 @@ class Resonance(TypedDict):
 class RotarySweep(TypedDict):
     """First and last rotary words (deg)."""
 
-    A: NotRequired[Sequence[float] | None]
+    A: NotRequired[Sequence[float]]
     """Words of A."""
-    B: NotRequired[Sequence[float] | None]
+    B: NotRequired[Sequence[float]]
     """Words of B."""
-    C: NotRequired[Sequence[float] | None]
+    C: NotRequired[Sequence[float]]
     """Words of C."""
 
 
 class RotaryWords(TypedDict):
     """Rotary words."""
 
-    A: NotRequired[float | None]
+    A: NotRequired[float]
     """A word."""
-    B: NotRequired[float | None]
+    B: NotRequired[float]
     """B word."""
-    C: NotRequired[float | None]
+    C: NotRequired[float]
     """C word."""
 
 
-class RunWarningDoc(TypedDict):
+class RunWarning(TypedDict):
     """Something that a metrologist should check."""
 
     detail: str
@@ -878,43 +883,14 @@ class ServoPathCircle(TypedDict):
     """Radius of the circle."""
 
 
-class ServoPathConeFrustum(TypedDict):
-    """
-    The bottom edge of a cone frustum, flank-milled: the tip is on a circle, the tool axis along the
-    generatrix.
-    """
-
-    center_mm: NotRequired[Numbers3]
-    """Centre of the bottom circle in the workpiece."""
-    half_apex_deg: float
-    """Angle between generatrix and cone axis."""
-    kind: Literal["cone-frustum"]
-    radius_mm: float
-    """Radius of the bottom circle."""
-    tilt_deg: NotRequired[float]
-    """Tilt of the cone axis out of Z, about Y."""
-
-
 class ServoPathPolyline(TypedDict):
     """Straight lines of the tip; the tool axis turns along great circles."""
 
     kind: Literal["polyline"]
-    plane: NotRequired[Plane | None]
+    plane: NotRequired[Plane]
+    """Plane that gives the contour error a sign."""
     points: Sequence[PolylinePoint]
     """At least two corners."""
-
-
-class ServoPathTipHold(TypedDict):
-    """
-    The tip rests on the workpiece while rotary axes go from one word to another and back. The feed then
-    counts degrees per minute, along both axes together.
-    """
-
-    kind: Literal["tip-hold"]
-    sweep_deg: RotarySweep
-    """First and last words of the rotary axes; an axis that is not named stays at 0."""
-    tip_mm: Numbers3
-    """The tip in the workpiece."""
 
 
 class ServoPathXcCircle(TypedDict):
@@ -1041,28 +1017,6 @@ class SingularityFindings(TypedDict):
     """Warnings about the text."""
 
 
-class SphereCentreDoc(TypedDict):
-    """The centre of a sphere on the table, probed at one angle of the axis."""
-
-    angle_deg: NotRequired[float | None]
-    """Word of the axis, if it was recorded. Give it for all centres of an axis or for none."""
-    centre_mm: Numbers3
-    """Centre in machine coordinates."""
-    sphere: NotRequired[int]
-    """Index of the sphere, if there are several: 0, 1, …"""
-
-
-class SphereCircle(TypedDict):
-    """The circle of one sphere."""
-
-    centre_mm: Numbers3
-    """Centre of its circle, on the axis."""
-    radius_mm: float
-    """Radius of the circle."""
-    sphere: int
-    """Index of the sphere."""
-
-
 class SphereOutlier(TypedDict):
     """A centre that does not agree with the others. The fit still uses it."""
 
@@ -1130,17 +1084,17 @@ StampForm: TypeAlias = Literal["comment", "none"]
 class StartWords(TypedDict):
     """Axis words before the first block; leave out words that are not known."""
 
-    A: NotRequired[float | None]
+    A: NotRequired[float]
     """Position of A before the first block, if the machine has this axis."""
-    B: NotRequired[float | None]
+    B: NotRequired[float]
     """Position of B before the first block, if the machine has this axis."""
-    C: NotRequired[float | None]
+    C: NotRequired[float]
     """Position of C before the first block, if the machine has this axis."""
-    X: NotRequired[float | None]
+    X: NotRequired[float]
     """Position of X before the first block, as a word in the program's first work offset."""
-    Y: NotRequired[float | None]
+    Y: NotRequired[float]
     """Position of Y before the first block, as a word in the program's first work offset."""
-    Z: NotRequired[float | None]
+    Z: NotRequired[float]
     """Position of Z before the first block, as a word in the program's first work offset."""
 
 
@@ -1154,33 +1108,6 @@ StepName: TypeAlias = Literal["wear", "location_errors", "cc", "singularity"]
 
 SurfaceKind: TypeAlias = Literal["convex", "concave", "flat"]
 """Form of the surface across the feed."""
-
-
-class SurfaceMesh(TypedDict):
-    """The properties of an uploaded surface file."""
-
-    contradicting_normals: int
-    """Facets whose stated normal contradicts their winding; the winding is used."""
-    degenerate_facets: int
-    """Facets that were dropped because they are too thin to have a normal."""
-    facets: int
-    """Number of facets in the file."""
-    largest_mm: Numbers3
-    """Largest coordinates."""
-    least_mm: Numbers3
-    """Smallest coordinates."""
-    non_manifold_edges: int
-    """Edges of more than two facets."""
-    open_edges: int
-    """Edges of only one facet: the rim of an open surface, or a gap."""
-    sharp_edges: int
-    """Edges across which the surface is not smooth within the chordal tolerance."""
-    triangles: int
-    """Number of facets with an area."""
-    vertices: int
-    """Number of different corners."""
-    volume_mm3: NotRequired[float | None]
-    """Enclosed volume; null for an open surface."""
 
 
 class SweepFault(TypedDict):
@@ -1216,20 +1143,20 @@ ToolKind: TypeAlias = Literal["ball", "bull-nose", "flat", "other"]
 class ToolProfile(TypedDict):
     """A tool as the shop states it: its number and name in programs, and its nominal cutter."""
 
-    corner_radius_mm: NotRequired[float | None]
+    corner_radius_mm: NotRequired[float]
     """
     Corner radius. The kind gives it for a ball (the radius) and for a flat cutter (0); for a bull-nose
     cutter it is required.
     """
     kind: ToolKind
     """Form of the cutter's end."""
-    length_mm: NotRequired[float | None]
+    length_mm: NotRequired[float]
     """Length, measured in the same way as `tool_length_mm` in a request."""
-    name: NotRequired[str | None]
+    name: NotRequired[str]
     """Name in programs, as in `T="BALL_10"` or `TOOL CALL "BALL_10"`. Upper and lower case are the same."""
-    number: NotRequired[int | None]
+    number: NotRequired[int]
     """Number in programs, as in `T12` or `TOOL CALL 12`. A tool has a number, a name or both."""
-    radius_mm: NotRequired[float | None]
+    radius_mm: NotRequired[float]
     """Cutter radius. Only a tool of the kind `other` may leave it out."""
 
 
@@ -1248,6 +1175,10 @@ class TrendFilters(TypedDict):
 
     limit: NotRequired[int]
     """Largest number of runs; the newest are taken."""
+    tolerance_um: NotRequired[float]
+    """Largest allowed size of a linear error: the figure has lines at plus and minus this value."""
+    tolerance_urad: NotRequired[float]
+    """The same for an angle."""
     measured_from: NotRequired[str | datetime]
     """Only runs measured at this time or later (RFC 3339)."""
     measured_to: NotRequired[str | datetime]
@@ -1271,6 +1202,9 @@ class TrendPoint(TypedDict):
     """Value of the error, in the unit of the trend."""
 
 
+Vector: TypeAlias = Sequence[float]
+
+
 class Version(TypedDict):
     """The running version."""
 
@@ -1285,19 +1219,19 @@ class WearEntryRequest(TypedDict):
 
     cutter_id: NotRequired[str]
     """Id of the cutter in the tool's holder; a new or reground cutter gets a new id."""
-    edge: NotRequired[str | None]
+    edge: NotRequired[str]
     """Name of the edge, if several are measured."""
-    flank_wear_um: NotRequired[float | None]
+    flank_wear_um: NotRequired[float]
     """Width of the wear land on the flank."""
     measured_at: str
     """Time of the measurement (RFC 3339); not in the future."""
-    note: NotRequired[str | None]
+    note: NotRequired[str]
     """Any note."""
     parts_cut: int
     """Parts cut since this cutter was new."""
-    radius_wear_um: NotRequired[float | None]
+    radius_wear_um: NotRequired[float]
     """Decrease of the radius against the new cutter."""
-    standard_uncertainty_um: NotRequired[float | None]
+    standard_uncertainty_um: NotRequired[float]
     """Standard uncertainty of the wear."""
 
 
@@ -1361,9 +1295,9 @@ class WearTable(TypedDict):
 class WearTool(TypedDict):
     """A cutter, nominal or as measured."""
 
-    corner_radius_mm: NotRequired[float | None]
+    corner_radius_mm: NotRequired[float]
     """Corner radius: equal to the radius for a ball (the default), 0 for a flat cutter."""
-    length_mm: NotRequired[float | None]
+    length_mm: NotRequired[float]
     """
     Length. If both cutters have one, the control keeps the nominal length; else it has the measured
     length.
@@ -1409,7 +1343,7 @@ class Withdrawal(TypedDict):
     """Time of the withdrawal."""
 
 
-WorkOffsets: TypeAlias = Mapping[str, Numbers3]
+WorkOffsets: TypeAlias = Mapping[str, Vector]
 """Work offsets by name: X Y Z of the programming zero in machine coordinates at zero pose"""
 
 
@@ -1487,26 +1421,26 @@ class AxisResult(TypedDict):
     """Following error in the steady state of a ramp at the largest commanded speed."""
 
 
-class BallBarTestDoc(TypedDict):
+class BallBarTest(TypedDict):
     """
     One test: one axis turns while RTCP holds the ball; the other axis is at zero. It has either readings or
     the two eccentricities.
     """
 
-    ball_mm: Numbers3
+    ball_mm: Vector
     """
     Position of the programmed spindle ball at zero, from the reference point of the table axis next to
     the workpiece (the C centre of an AC table).
     """
     bar_direction: BarDirection
     """Direction in which the bar points at zero."""
-    eccentricity_um: NotRequired[Numbers2 | None]
+    eccentricity_um: NotRequired[Pair | None]
     reading_uncertainty_um: NotRequired[float | None]
     """
     Standard uncertainty u of one reading, if the tests differ: the weights are 1/u². Give it for all
     tests or for none.
     """
-    readings: NotRequired[Sequence[ReadingDoc] | None]
+    readings: NotRequired[Sequence[Reading] | None]
     """Readings in the order of measurement: the forward sweep, then the sweep back."""
     rotary_axis: str
     """Letter of the axis that turns."""
@@ -1596,25 +1530,26 @@ class CcParameters(TypedDict):
     answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
     repeated.
     """
-    chordal_tolerance_um: NotRequired[float | None]
+    chordal_tolerance_um: NotRequired[float]
     """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
     contact: NotRequired[Contact]
     """Where the cutter contact comes from."""
-    contact_gap_um: NotRequired[float | None]
+    contact_gap_um: NotRequired[float]
     """
     The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
     100.
     """
-    corner_radius_mm: NotRequired[float | None]
+    corner_radius_mm: NotRequired[float]
     """Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter)."""
     correction: NotRequired[Correction]
     """How a deviating block is corrected."""
     dialect: NotRequired[Dialect]
     """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float | None]
+    feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation | None]
-    max_feed_mm_per_min: NotRequired[float | None]
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
+    max_feed_mm_per_min: NotRequired[float]
     """
     Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
     absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
@@ -1635,30 +1570,44 @@ class CcParameters(TypedDict):
     """Treatment of singular regions, before all other steps."""
     stamp: NotRequired[StampForm]
     """Whether a changed program gets a comment that says so."""
-    start: NotRequired[StartWords | None]
-    surface_unit_mm: NotRequired[float | None]
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block, as words in the program's first work offset."""
+    surface_unit_mm: NotRequired[float]
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
     tolerance_um: NotRequired[float]
     """Largest allowed distance of the CC path from its line."""
-    tool_length_mm: NotRequired[float | None]
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """
     Number of the tool to work on, if the program has several; motions with other tools are left
     unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
     its tool from the machine's tool table.
     """
-    tool_radius_mm: NotRequired[float | None]
+    tool_radius_mm: NotRequired[float]
     """
     Cutter radius R. If it is absent, the machine's tool table gives it. Only `contact=tip` needs no
     radius.
     """
-    unit: NotRequired[ProgramUnit | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """
+    The origin for each work offset that the program names. In a query one parameter for each:
+    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+    """
 
 
 class CcStep(TypedDict):
@@ -1666,7 +1615,7 @@ class CcStep(TypedDict):
 
     contact: NotRequired[Contact]
     """Where the cutter contact comes from."""
-    corner_radius_mm: NotRequired[float | None]
+    corner_radius_mm: NotRequired[float]
     """Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter)."""
     correction: NotRequired[Correction]
     """How a deviating block is corrected."""
@@ -1679,7 +1628,7 @@ class CcStep(TypedDict):
     """
     tolerance_um: NotRequired[float]
     """Largest allowed distance of the CC path from its line."""
-    tool_radius_mm: NotRequired[float | None]
+    tool_radius_mm: NotRequired[float]
     """
     Cutter radius R that the program was made for. If it is absent, the step `wear` gives it. A cutter other
     than `wear.nominal_tool` is refused.
@@ -1826,24 +1775,39 @@ class InterpretationParameters(TypedDict):
 
     dialect: NotRequired[Dialect]
     """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float | None]
+    feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation | None]
-    start: NotRequired[StartWords | None]
-    tool_length_mm: NotRequired[float | None]
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block, as words in the program's first work offset."""
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """
     Number of the tool to work on, if the program has several; motions with other tools are left
     unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
     its tool from the machine's tool table.
     """
-    unit: NotRequired[ProgramUnit | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """
+    The origin for each work offset that the program names. In a query one parameter for each:
+    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+    """
 
 
 class InterpretedMotion(TypedDict):
@@ -1941,17 +1905,21 @@ class JobFilters(TypedDict):
     operation: NotRequired[JobOperation]
     """Only jobs with this operation."""
     created_after: NotRequired[str | datetime]
-    """Only jobs created at this time or later (RFC 3339)."""
+    """Only jobs created at this time or later (RFC 3339, for example `2026-03-14T09:26:53.589Z`)."""
     created_before: NotRequired[str | datetime]
     """Only jobs created before this time (RFC 3339)."""
+    input_sha256: NotRequired[str]
+    """Only jobs that read a program with this SHA-256."""
+    output_sha256: NotRequired[str]
+    """Only jobs that wrote a program with this SHA-256."""
 
 
 class LinearLimits(TypedDict):
     """Travel of the linear words; null for an axis without limits."""
 
-    X: NotRequired[Numbers2 | None]
-    Y: NotRequired[Numbers2 | None]
-    Z: NotRequired[Numbers2 | None]
+    X: NotRequired[Pair | None]
+    Y: NotRequired[Pair | None]
+    Z: NotRequired[Pair | None]
 
 
 class MatchingAnswer(TypedDict):
@@ -1978,38 +1946,39 @@ class MatchingAnswer(TypedDict):
 class NominalSurface(TypedDict):
     """A surface given by a formula, in W. Members that do not belong to its `kind` are refused."""
 
-    camber_deg: NotRequired[float | None]
+    camber_deg: NotRequired[float]
     """Angle by which a blade's camber line turns."""
-    camber_length_mm: NotRequired[float | None]
+    camber_length_mm: NotRequired[float]
     """Length of a blade's camber line."""
-    center_mm: NotRequired[Numbers3]
+    center_mm: NotRequired[Vector]
     """Position of the centre; for a blade the middle of the camber line at the root."""
-    concave_radius_mm: NotRequired[float | None]
+    concave_radius_mm: NotRequired[float]
     """Concave radius of a saddle, along Y."""
-    convex_radius_mm: NotRequired[float | None]
+    convex_radius_mm: NotRequired[float]
     """Convex radius of a saddle, along X."""
-    half_angle_deg: NotRequired[float | None]
+    half_angle_deg: NotRequired[float]
     """Half the angle that the patch spans; default 45."""
     kind: FormulaKind
     """Which formula."""
-    leading_radius_mm: NotRequired[float | None]
+    leading_radius_mm: NotRequired[float]
     """Radius of a blade's leading edge."""
-    length_mm: NotRequired[float | None]
+    length_mm: NotRequired[float]
     """Length of a plane, cylinder or saddle."""
-    radius_mm: NotRequired[float | None]
+    radius_mm: NotRequired[float]
     """Radius of a sphere or cylinder."""
-    rotation_vector_deg: NotRequired[Numbers3]
+    rotation_vector_deg: NotRequired[Vector]
     """Rotation about the centre: the direction is the axis, the length is the angle."""
-    side: NotRequired[SurfaceKind | None]
-    span_mm: NotRequired[float | None]
+    side: NotRequired[SurfaceKind]
+    """Convex or concave, for a sphere or cylinder; default convex."""
+    span_mm: NotRequired[float]
     """Height of a blade."""
-    thickness_mm: NotRequired[float | None]
+    thickness_mm: NotRequired[float]
     """Largest thickness of a blade."""
-    trailing_radius_mm: NotRequired[float | None]
+    trailing_radius_mm: NotRequired[float]
     """Radius of a blade's trailing edge."""
-    twist_deg: NotRequired[float | None]
+    twist_deg: NotRequired[float]
     """Angle by which a blade's profile at the tip is turned against the profile at the root."""
-    width_mm: NotRequired[float | None]
+    width_mm: NotRequired[float]
     """Width of a plane or saddle."""
 
 
@@ -2067,7 +2036,7 @@ class PostingParameters(TypedDict):
     Meaning of X Y Z in the program: tool tips under G43.4 with the tip's feed (`tcp`), or axis positions
     with inverse-time feed (`machine`).
     """
-    length_offset_number: NotRequired[int | None]
+    length_offset_number: NotRequired[int]
     """
     H word of G43.4. If it is absent, it is the number of the tool (`tool_number`, or the tool that the
     data load). If neither is known, it is 1, with a warning: H0 would cancel the length.
@@ -2078,16 +2047,22 @@ class PostingParameters(TypedDict):
     """Whether measured errors of the machine are applied."""
     rotary_decimals: NotRequired[int]
     """Digits after the decimal point of the rotary words."""
-    start: NotRequired[RotaryWords | None]
-    tool_length_mm: NotRequired[float | None]
+    start: NotRequired[RotaryWords]
+    """Rotary words before the first point, one query parameter for each: `start.A`, `start.C`."""
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent, the
     machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """Number of the tool. If it is absent, it is the tool that the data load."""
-    unit: NotRequired[ProgramUnit | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
+    unit: NotRequired[ProgramUnit]
+    """Unit of the lengths if the data state none. If it is absent, the machine's `program_unit` is used."""
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose. Zero is a valid answer; the member is
+    needed if words depend on it.
+    """
 
 
 class ResolvedOffset(TypedDict):
@@ -2114,14 +2089,14 @@ class ResolvedOffset(TypedDict):
 class RotaryAxis(TypedDict):
     """One rotary axis."""
 
-    direction: Numbers3
+    direction: Vector
     """Direction at zero pose; the service normalises it."""
-    limits_deg: NotRequired[Numbers2 | None]
+    limits_deg: NotRequired[Pair | None]
     location_error: NotRequired[LocationError]
     """Measured displacement of the axis's own frame."""
     name: str
     """Address letter: A, B or C."""
-    point_mm: Numbers3
+    point_mm: Vector
     """
     A point on the axis: in machine coordinates for a table axis, relative to the zero-pose gauge point for a
     head axis.
@@ -2138,16 +2113,37 @@ class ScallopRequest(TypedDict):
     single number is used for every element.
     """
 
-    allowed_scallop_um: NotRequired[NumbersOrOne | None]
-    corner_radius_mm: NotRequired[NumbersOrOne | None]
-    lead_deg: NotRequired[NumbersOrOne | None]
+    allowed_scallop_um: NotRequired[NumbersOrOne]
+    """Allowed height. If it is given, the answer also has the largest step-over and the smallest tool."""
+    corner_radius_mm: NotRequired[NumbersOrOne]
+    """Corner radius of a bull-nose cutter, 0 for a flat cutter; if it is absent, the cutter is a ball."""
+    lead_deg: NotRequired[NumbersOrOne]
+    """Inclination of the tool axis in the feed direction; needed if the cutter is not a ball."""
     stepover_mm: NumbersOrOne
     """Chord between neighbouring contact points on the surface."""
     surface: SurfaceKind
     """Form of the surface across the feed."""
-    surface_radius_mm: NotRequired[NumbersOrOne | None]
+    surface_radius_mm: NotRequired[NumbersOrOne]
+    """Radius of the surface's normal curvature across the feed; leave it out for a flat surface."""
     tool_radius_mm: NumbersOrOne
     """Radius of the ball, or of the cutter."""
+
+
+class ServoPathConeFrustum(TypedDict):
+    """
+    The bottom edge of a cone frustum, flank-milled: the tip is on a circle, the tool axis along the
+    generatrix.
+    """
+
+    center_mm: NotRequired[Vector]
+    """Centre of the bottom circle in the workpiece."""
+    half_apex_deg: float
+    """Angle between generatrix and cone axis."""
+    kind: Literal["cone-frustum"]
+    radius_mm: float
+    """Radius of the bottom circle."""
+    tilt_deg: NotRequired[float]
+    """Tilt of the cone axis out of Z, about Y."""
 
 
 class ServoPathProgram(TypedDict):
@@ -2158,18 +2154,39 @@ class ServoPathProgram(TypedDict):
 
     dialect: NotRequired[Dialect]
     """Dialect of the text."""
-    file_name: NotRequired[str | None]
+    file_name: NotRequired[str]
     """File name of the program."""
-    interpolation: NotRequired[Interpolation | None]
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
     kind: Literal["program"]
-    plane: NotRequired[Plane | None]
-    start: NotRequired[StartWords | None]
+    plane: NotRequired[Plane]
+    """Plane that gives the contour error a sign."""
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block."""
     text: str
     """The program."""
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """Number of the tool to simulate, if the program has several."""
-    unit: NotRequired[ProgramUnit | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the text does not state one. If it is absent, the machine's `program_unit`
+    is used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """Origins of the work offsets that the program names."""
+
+
+class ServoPathTipHold(TypedDict):
+    """
+    The tip rests on the workpiece while rotary axes go from one word to another and back. The feed then
+    counts degrees per minute, along both axes together.
+    """
+
+    kind: Literal["tip-hold"]
+    sweep_deg: RotarySweep
+    """First and last words of the rotary axes; an axis that is not named stays at 0."""
+    tip_mm: Vector
+    """The tip in the workpiece."""
 
 
 class ServoProgramParameters(TypedDict):
@@ -2177,46 +2194,55 @@ class ServoProgramParameters(TypedDict):
 
     dialect: NotRequired[Dialect]
     """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float | None]
+    feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
-    feed_profile: NotRequired[FeedProfile | None]
-    interpolation: NotRequired[Interpolation | None]
+    feed_profile: NotRequired[FeedProfile]
+    """
+    Jerk-limited feed, one query parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without
+    it, every block runs at its own feed and no corner is a stop.
+    """
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
     location_errors: NotRequired[LocationErrors]
     """Whether measured errors of the machine are applied."""
-    plane: NotRequired[Plane | None]
-    position_gain_scale: NotRequired[BTreeMap]
+    plane: NotRequired[Plane]
+    """Plane that gives the contour error a sign."""
+    position_gain_scale: NotRequired[FactorsByAxis]
     """Factors of the position gains, one query parameter for each: `position_gain_scale.C`."""
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
-    start: NotRequired[StartWords | None]
-    tool_length_mm: NotRequired[float | None]
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block, as words in the program's first work offset."""
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """
     Number of the tool to work on, if the program has several; motions with other tools are left
     unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
     its tool from the machine's tool table.
     """
-    unit: NotRequired[ProgramUnit | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """
+    The origin for each work offset that the program names. In a query one parameter for each:
+    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+    """
 
 
-class SetupErrorAnswer(TypedDict):
-    """The offset of the spindle ball from the spindle's line (µm)."""
-
-    e_xs: Estimate
-    """Offset along X."""
-    e_ys: Estimate
-    """Offset along Y."""
-    source: SetupErrorSource
-    """Where the two values came from."""
-
-
-class SetupErrorDoc(TypedDict):
+class SetupError(TypedDict):
     """
     Offset of the spindle ball from the spindle's line. Give either `e_xs` and `e_ys`, or the readings of a
     spindle turned with both axes at zero (`spindle_deg`, `bar_direction`, `length_change_um`).
@@ -2231,6 +2257,17 @@ class SetupErrorDoc(TypedDict):
     """One reading for each spindle angle."""
     spindle_deg: NotRequired[Sequence[float] | None]
     """Spindle angles; positive about +Z."""
+
+
+class SetupErrorAnswer(TypedDict):
+    """The offset of the spindle ball from the spindle's line (µm)."""
+
+    e_xs: Estimate
+    """Offset along X."""
+    e_ys: Estimate
+    """Offset along Y."""
+    source: SetupErrorSource
+    """Where the two values came from."""
 
 
 class SimulationAnswer(TypedDict):
@@ -2252,39 +2289,53 @@ class SimulationAnswer(TypedDict):
     """Version of the service."""
 
 
-class SphereAxisAnswer(TypedDict):
-    """One axis from the probed spheres."""
+class SphereCentre(TypedDict):
+    """The centre of a sphere on the table, probed at one angle of the axis."""
 
-    axial_rms_um: float
-    """Root of the mean square of the distances from the circles' planes."""
-    centres: int
-    """Number of centres."""
-    direction: Numbers3
-    """Unit direction, in the nominal sense."""
-    outliers: Sequence[SphereOutlier]
-    """Centres to check."""
-    point_mm: Numbers3
-    """
-    Point where the line meets the plane through the nominal reference point, perpendicular to the nominal
-    direction.
-    """
-    radial_rms_um: float
-    """Root of the mean square of the radial distances."""
-    rotary_axis: str
-    """Letter of the axis."""
-    spheres: Sequence[SphereCircle]
-    """Circle of each sphere."""
-    tangential_rms_um: NotRequired[float | None]
-    """Root of the mean square of the distances along the circles; null if the angles are not known."""
+    angle_deg: NotRequired[float | None]
+    """Word of the axis, if it was recorded. Give it for all centres of an axis or for none."""
+    centre_mm: Vector
+    """Centre in machine coordinates."""
+    sphere: NotRequired[int]
+    """Index of the sphere, if there are several: 0, 1, …"""
 
 
-class SphereAxisDoc(TypedDict):
-    """The centres that were probed while one axis turned and the other was at zero."""
+class SphereCircle(TypedDict):
+    """The circle of one sphere."""
 
-    centres: Sequence[SphereCentreDoc]
-    """Centres in the order of measurement."""
-    rotary_axis: str
-    """Letter of the table axis that turns."""
+    centre_mm: Vector
+    """Centre of its circle, on the axis."""
+    radius_mm: float
+    """Radius of the circle."""
+    sphere: int
+    """Index of the sphere."""
+
+
+class SurfaceMesh(TypedDict):
+    """The properties of an uploaded surface file."""
+
+    contradicting_normals: int
+    """Facets whose stated normal contradicts their winding; the winding is used."""
+    degenerate_facets: int
+    """Facets that were dropped because they are too thin to have a normal."""
+    facets: int
+    """Number of facets in the file."""
+    largest_mm: Vector
+    """Largest coordinates."""
+    least_mm: Vector
+    """Smallest coordinates."""
+    non_manifold_edges: int
+    """Edges of more than two facets."""
+    open_edges: int
+    """Edges of only one facet: the rim of an open surface, or a gap."""
+    sharp_edges: int
+    """Edges across which the surface is not smooth within the chordal tolerance."""
+    triangles: int
+    """Number of facets with an area."""
+    vertices: int
+    """Number of different corners."""
+    volume_mm3: NotRequired[float | None]
+    """Enclosed volume; null for an open surface."""
 
 
 class SweepAnswer(TypedDict):
@@ -2350,15 +2401,16 @@ class TrendDocument(TypedDict):
 class VerificationParameters(TypedDict):
     """Parameters of the virtual cutting of a part."""
 
-    chordal_tolerance_um: NotRequired[float | None]
+    chordal_tolerance_um: NotRequired[float]
     """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
-    cutting_length_mm: NotRequired[float | None]
+    cutting_length_mm: NotRequired[float]
     """Height above the tip up to which the cutter cuts; default four times its radius, at least 30."""
     dialect: NotRequired[Dialect]
     """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float | None]
+    feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation | None]
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
     limit_um: NotRequired[float]
     """Samples with a residual larger than this, above or below the surface, are counted."""
     location_errors: NotRequired[LocationErrors]
@@ -2367,30 +2419,46 @@ class VerificationParameters(TypedDict):
     """Largest distance between a motion and the straight pieces that replace it."""
     samples: NotRequired[int]
     """Number of sample points on the surface."""
-    start: NotRequired[StartWords | None]
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block, as words in the program's first work offset."""
     stock_mm: NotRequired[float]
     """
     Height of the stock above the surface. Needles end there; a cutter cuts a needle only if it contains
     this end.
     """
-    surface: NotRequired[NominalSurface | None]
-    surface_unit_mm: NotRequired[float | None]
+    surface: NotRequired[NominalSurface]
+    """The nominal surface, if it is not uploaded."""
+    surface_unit_mm: NotRequired[float]
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
-    tool: NotRequired[WearTool | None]
-    tool_length_mm: NotRequired[float | None]
+    tool: NotRequired[WearTool]
+    """The cutter, as measured. If it is absent, the machine's tool table gives each section its cutter."""
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """
     Number of the tool to work on, if the program has several; motions with other tools are left
     unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
     its tool from the machine's tool table.
     """
-    unit: NotRequired[ProgramUnit | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """
+    The origin for each work offset that the program names. In a query one parameter for each:
+    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+    """
 
 
 class WearAdvice(TypedDict):
@@ -2428,11 +2496,11 @@ class WearAdviceRequest(TypedDict):
     """The cutter as measured."""
     allowed_scallop_um: float
     """Scallop height that is allowed above the surface."""
-    contact_angle_deg: NotRequired[Numbers2]
+    contact_angle_deg: NotRequired[Pair]
     """Smallest and largest angle between surface normal and tool axis in the program."""
-    lead_deg: NotRequired[float | None]
+    lead_deg: NotRequired[float]
     """Inclination of the tool axis in the feed direction; needed if a cutter is not a ball."""
-    min_stepover_mm: NotRequired[float | None]
+    min_stepover_mm: NotRequired[float]
     """Smallest step-over that is worth running; default nine tenths of `stepover_mm`."""
     nominal_tool: WearTool
     """The cutter that the program was made for."""
@@ -2440,7 +2508,7 @@ class WearAdviceRequest(TypedDict):
     """Step-over of the program: chord between neighbouring contact points on the surface."""
     surface: SurfaceKind
     """Form of the surface across the feed."""
-    surface_radius_mm: NotRequired[float | None]
+    surface_radius_mm: NotRequired[float]
     """Radius of the surface's normal curvature across the feed; leave it out for a flat surface."""
 
 
@@ -2507,7 +2575,7 @@ class WearFindings(TypedDict):
     """Sum of the chords between contacts."""
     contact: Contact
     """Source of the cutter contact."""
-    contact_angle_deg: NotRequired[Numbers2 | None]
+    contact_angle_deg: NotRequired[Pair | None]
     contacts_assumed: NotRequired[int]
     """Number of motions at whose end a contact was assumed from the feed and kept."""
     contacts_kept: int
@@ -2536,43 +2604,47 @@ class WearFindings(TypedDict):
 class WearParameters(TypedDict):
     """Parameters of the compensation for a worn cutter."""
 
-    actual_tool: NotRequired[WearTool | None]
+    actual_tool: NotRequired[WearTool]
+    """The cutter as measured. Give `actual_tool`, `wear_table` or `wear`."""
     allow_repeated: NotRequired[bool]
     """
     Apply the steps `cc` and `singularity` again to a program that already has their stamp, or is an earlier
     answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
     repeated.
     """
-    allowed_scallop_um: NotRequired[float | None]
+    allowed_scallop_um: NotRequired[float]
     """
     For the advice in the report, with `stepover_mm`: the scallop height that is allowed above the
     surface.
     """
-    chordal_tolerance_um: NotRequired[float | None]
+    chordal_tolerance_um: NotRequired[float]
     """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
     contact: NotRequired[Contact]
     """Where the cutter contact comes from; `tip` is not possible here."""
-    contact_gap_um: NotRequired[float | None]
+    contact_gap_um: NotRequired[float]
     """
     The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
     100.
     """
     dialect: NotRequired[Dialect]
     """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float | None]
+    feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation | None]
-    lead_deg: NotRequired[float | None]
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
+    lead_deg: NotRequired[float]
     """For the advice: inclination of the tool axis in the feed direction, if a cutter is not a ball."""
-    length_in_control: NotRequired[LengthInControl | None]
-    max_feed_mm_per_min: NotRequired[float | None]
+    length_in_control: NotRequired[LengthInControl]
+    """Length that the control has; default `nominal` if both lengths are given."""
+    max_feed_mm_per_min: NotRequired[float]
     """
     Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
     absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
     """
     milling: NotRequired[Milling]
     """Part of the cutter that makes the surface."""
-    nominal_tool: NotRequired[WearTool | None]
+    nominal_tool: NotRequired[WearTool]
+    """The cutter that the program was made for. If it is absent, the machine's tool table gives it."""
     pass_break_deg: NotRequired[float]
     """
     If the feed direction turns by more than this angle, a new pass begins for an assumed contact
@@ -2580,45 +2652,65 @@ class WearParameters(TypedDict):
     """
     stamp: NotRequired[StampForm]
     """Whether a changed program gets a comment that says so."""
-    start: NotRequired[StartWords | None]
-    stepover_mm: NotRequired[float | None]
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block, as words in the program's first work offset."""
+    stepover_mm: NotRequired[float]
     """For the advice: step-over of the program."""
-    surface: NotRequired[SurfaceKind | None]
-    surface_radius_mm: NotRequired[float | None]
+    surface: NotRequired[SurfaceKind]
+    """
+    For the advice: form of the surface across the feed. Default: as measured from the uploaded surface,
+    else flat.
+    """
+    surface_radius_mm: NotRequired[float]
     """For the advice: radius of the surface across the feed."""
-    surface_unit_mm: NotRequired[float | None]
+    surface_unit_mm: NotRequired[float]
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
-    tool_length_mm: NotRequired[float | None]
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """
     Number of the tool to work on, if the program has several; motions with other tools are left
     unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
     its tool from the machine's tool table.
     """
-    unit: NotRequired[ProgramUnit | None]
-    wear: NotRequired[WearSource | None]
-    wear_table: NotRequired[WearTable | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    wear: NotRequired[WearSource]
+    """The wear from the machine's entries, instead of `actual_tool`; the tool table then gives both cutters."""
+    wear_table: NotRequired[WearTable]
+    """Wear along the corner; for end milling."""
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """
+    The origin for each work offset that the program names. In a query one parameter for each:
+    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+    """
 
 
 WearStep = TypedDict(
     "WearStep",
     {
-        "actual_tool": NotRequired[WearTool | None],
+        "actual_tool": NotRequired[WearTool],
         "contact": NotRequired[Contact],
-        "cutter_id": NotRequired[str | None],
-        "from": NotRequired[WearFrom | None],
-        "length_in_control": NotRequired[LengthInControl | None],
+        "cutter_id": NotRequired[str],
+        "from": NotRequired[WearFrom],
+        "length_in_control": NotRequired[LengthInControl],
         "milling": NotRequired[Milling],
-        "nominal_tool": NotRequired[WearTool | None],
+        "nominal_tool": NotRequired[WearTool],
         "pass_break_deg": NotRequired[float],
-        "tool_number": NotRequired[int | None],
-        "wear_table": NotRequired[WearTable | None],
+        "tool_number": NotRequired[int],
+        "wear_table": NotRequired[WearTable],
     },
 )
 
@@ -2644,112 +2736,6 @@ class WearTrendDocument(TypedDict):
     """Points that a person should check."""
 
 
-class CalibrationDocument(TypedDict):
-    """The result of a calibration run. It never changes."""
-
-    axes: NotRequired[Sequence[SphereAxisAnswer] | None]
-    """The axes found, if spheres were probed."""
-    blind: Sequence[BlindDoc]
-    """Combinations of errors that the run cannot separate."""
-    condition_number: NotRequired[float | None]
-    """
-    Largest singular value divided by the smallest, with columns of unit length; null if spheres were
-    probed.
-    """
-    covariance: NotRequired[CovarianceDoc | None]
-    created_at: str
-    """Time at which the run was stored."""
-    degrees_of_freedom: int
-    """
-    Number of observations minus the number of fitted values. For spheres without angles: of the planes
-    and circles, each.
-    """
-    eccentricities_um: NotRequired[EccentricitiesDoc]
-    """Eccentricities before and after compensation."""
-    errors: Mapping[str, Mapping[str, Estimate]]
-    """Location errors by axis, cascaded as in the profile: `apply` writes these values there."""
-    id: str
-    """Id of the run."""
-    instrument: NotRequired[str | None]
-    """Instrument that measured."""
-    iso_230: Mapping[str, Estimate]
-    """The same errors against the machine's frame, with the symbols of ISO 230-7."""
-    kind: CalibrationKind
-    """How it was measured."""
-    machine_id: str
-    """Id of the machine."""
-    machine_revision: int
-    """Revision of the machine when it was measured."""
-    measured_at: str
-    """Time of the measurement."""
-    note: NotRequired[str | None]
-    """The operator's note."""
-    operator: NotRequired[str | None]
-    """Person who measured."""
-    outliers: NotRequired[Sequence[OutlierDoc]]
-    """Readings that were left out because they are too far from all others; the first thousand."""
-    rank: int
-    """How many of `unknowns` the readings determine; offsets are not counted."""
-    redundant: Sequence[str]
-    """Components that change no line of this machine beyond the errors above; they stay zero."""
-    residual_rms_um: float
-    """Root of the mean square of the residuals."""
-    run_sha256: str
-    """SHA-256 of the stored run."""
-    setup_error_um: NotRequired[SetupErrorAnswer]
-    """Offset of the spindle ball."""
-    software_version: str
-    """Build of the service that evaluated the run."""
-    temperature_c: NotRequired[float | None]
-    """Temperature of the machine."""
-    tests: NotRequired[Sequence[TestAnswer]]
-    """Results of each test."""
-    unidentifiable: Sequence[str]
-    """
-    Errors that the run does not determine: cascaded, against the machine's frame, or of the set-up. The
-    value of such an error contains all errors that it cannot be separated from.
-    """
-    unknowns: int
-    """Number of unknowns: the location errors, and the two set-up errors if they were not given."""
-    warnings: Sequence[RunWarningDoc]
-    """Points that a metrologist should check."""
-
-
-class CalibrationRun(TypedDict):
-    """
-    A calibration run: who measured, when, with what, and all readings. `instrument_uncertainty_um`,
-    `bar_length_mm`, `offset_per_test`, `setup_error_um` and `tests` belong to `rtcp-ballbar`; `axes` belongs
-    to `rotary-sphere`.
-    """
-
-    axes: NotRequired[Sequence[SphereAxisDoc] | None]
-    """The axes with probed spheres."""
-    bar_length_mm: NotRequired[float | None]
-    """Length of the bar at the start."""
-    instrument: NotRequired[str | None]
-    """Instrument that measured."""
-    instrument_uncertainty_um: NotRequired[float | None]
-    """Standard uncertainty of the instrument. If it is given, it widens the uncertainties in the answer."""
-    kind: CalibrationKind
-    """How the machine was measured."""
-    measured_at: str
-    """Time of the measurement (RFC 3339); not in the future."""
-    note: NotRequired[str | None]
-    """Any note of the operator."""
-    offset_per_test: NotRequired[bool | None]
-    """
-    True: the bar's zero is arbitrary, and one offset per test is fitted. False: the length of the bar is
-    known.
-    """
-    operator: NotRequired[str | None]
-    """Person who measured."""
-    setup_error_um: NotRequired[SetupErrorDoc | None]
-    temperature_c: NotRequired[float | None]
-    """Temperature of the machine."""
-    tests: NotRequired[Sequence[BallBarTestDoc] | None]
-    """The tests with the ball bar."""
-
-
 class CompensationParameters(TypedDict):
     """Parameters of a compensation in one pass: at least one of `wear`, `location_errors`, `cc`."""
 
@@ -2759,22 +2745,24 @@ class CompensationParameters(TypedDict):
     answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
     repeated.
     """
-    cc: NotRequired[CcStep | None]
-    chordal_tolerance_um: NotRequired[float | None]
+    cc: NotRequired[CcStep]
+    """Compensate the cutter-contact path between the ends of blocks."""
+    chordal_tolerance_um: NotRequired[float]
     """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
-    contact_gap_um: NotRequired[float | None]
+    contact_gap_um: NotRequired[float]
     """
     The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
     100.
     """
     dialect: NotRequired[Dialect]
     """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float | None]
+    feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation | None]
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
     location_errors: NotRequired[bool]
     """True: the program was made for the nominal machine; its words are computed again for the calibrated machine."""
-    max_feed_mm_per_min: NotRequired[float | None]
+    max_feed_mm_per_min: NotRequired[float]
     """
     Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
     absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
@@ -2790,24 +2778,39 @@ class CompensationParameters(TypedDict):
     """Treatment of singular regions, before all other steps."""
     stamp: NotRequired[StampForm]
     """Whether a changed program gets a comment that says so."""
-    start: NotRequired[StartWords | None]
-    surface_unit_mm: NotRequired[float | None]
+    start: NotRequired[StartWords]
+    """Positions of the axes before the first block, as words in the program's first work offset."""
+    surface_unit_mm: NotRequired[float]
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
-    tool_length_mm: NotRequired[float | None]
+    tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
-    tool_number: NotRequired[int | None]
+    tool_number: NotRequired[int]
     """
     Number of the tool to work on, if the program has several; motions with other tools are left
     unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
     its tool from the machine's tool table.
     """
-    unit: NotRequired[ProgramUnit | None]
-    wear: NotRequired[WearStep | None]
-    work_offset_mm: NotRequired[Numbers3 | None]
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    wear: NotRequired[WearStep]
+    """Move the program for a worn cutter."""
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """
+    The origin for each work offset that the program names. In a query one parameter for each:
+    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+    """
 
 
 class InverseAnswer(TypedDict):
@@ -2843,6 +2846,7 @@ class MachineDocument(TypedDict):
     """Shortest time that the control needs for one block."""
     calibration_due_days: NotRequired[float | None]
     """Number of days after which the next calibration is due."""
+    calibration_limits: NotRequired[CalibrationLimits | None]
     created_at: str
     """Time at which this revision was stored."""
     drives: NotRequired[Drives | None]
@@ -2874,6 +2878,7 @@ class MachineProfile(TypedDict):
     """Shortest time that the control needs for one block."""
     calibration_due_days: NotRequired[float | None]
     """Number of days after which the next calibration is due."""
+    calibration_limits: NotRequired[CalibrationLimits | None]
     drives: NotRequired[Drives | None]
     interpolation_period_s: NotRequired[float]
     """The control's interpolation period."""
@@ -2906,7 +2911,7 @@ class ResolvedInputs(TypedDict):
     """Work offsets under which the program moves, in the order of their first use."""
 
 
-ServoPathDoc: TypeAlias = (
+ServoPath: TypeAlias = (
     ServoPathXcCircle | ServoPathCircle | ServoPathConeFrustum | ServoPathTipHold | ServoPathProgram | ServoPathPolyline
 )
 """
@@ -2950,58 +2955,105 @@ class ServoReport(TypedDict):
 class SimulationRequest(TypedDict):
     """One path at one feed."""
 
-    drives: NotRequired[Drives | None]
-    feed_mm_per_min: NotRequired[float | None]
+    drives: NotRequired[Drives]
+    """Drives by axis letter, without a machine; for the two circles."""
+    feed_mm_per_min: NotRequired[float]
     """
     Feed along the path; in degrees per minute if the tip rests. For a program: the feed if the
     program has none.
     """
-    feed_profile: NotRequired[FeedProfile | None]
-    laps: NotRequired[int | None]
+    feed_profile: NotRequired[FeedProfile]
+    """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
+    laps: NotRequired[int]
     """Number of laps on a closed path, default 2; the last lap is evaluated."""
     location_errors: NotRequired[LocationErrors]
     """Whether measured errors of the machine are applied."""
-    machine_id: NotRequired[str | None]
+    machine_id: NotRequired[str]
     """The machine whose drives and kinematics are used; give either this or `drives`."""
-    path: ServoPathDoc
+    path: ServoPath
     """The path that the axes are commanded to follow."""
     position_gain_scale: NotRequired[Mapping[str, float]]
     """Factors of the position gains, by axis letter."""
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
-    tool_length_mm: NotRequired[float | None]
+    tool_length_mm: NotRequired[float]
     """
     Tool length, added along the zero-pose tool axis; it matters only for head axes. The default
     is as for `work_offset_mm`.
     """
-    work_offset_mm: NotRequired[Numbers3 | None]
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
+    is no default: it must be stated if a result depends on it.
+    """
+
+
+class SphereAxis(TypedDict):
+    """The centres that were probed while one axis turned and the other was at zero."""
+
+    centres: Sequence[SphereCentre]
+    """Centres in the order of measurement."""
+    rotary_axis: str
+    """Letter of the table axis that turns."""
+
+
+class SphereAxisAnswer(TypedDict):
+    """One axis from the probed spheres."""
+
+    axial_rms_um: float
+    """Root of the mean square of the distances from the circles' planes."""
+    centres: int
+    """Number of centres."""
+    direction: Vector
+    """Unit direction, in the nominal sense."""
+    outliers: Sequence[SphereOutlier]
+    """Centres to check."""
+    point_mm: Vector
+    """
+    Point where the line meets the plane through the nominal reference point, perpendicular to the nominal
+    direction.
+    """
+    radial_rms_um: float
+    """Root of the mean square of the radial distances."""
+    rotary_axis: str
+    """Letter of the axis."""
+    spheres: Sequence[SphereCircle]
+    """Circle of each sphere."""
+    tangential_rms_um: NotRequired[float | None]
+    """Root of the mean square of the distances along the circles; null if the angles are not known."""
 
 
 class SweepRequest(TypedDict):
     """One path with many gains and feeds."""
 
-    drives: NotRequired[Drives | None]
+    drives: NotRequired[Drives]
+    """Drives by axis letter, without a machine; for the two circles."""
     feed_mm_per_min: Sequence[float]
     """Feeds along the path; in degrees per minute if the tip rests."""
-    feed_profile: NotRequired[FeedProfile | None]
-    laps: NotRequired[int | None]
+    feed_profile: NotRequired[FeedProfile]
+    """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
+    laps: NotRequired[int]
     """Number of laps on a closed path, default 2; the last lap is evaluated."""
     location_errors: NotRequired[LocationErrors]
     """Whether measured errors of the machine are applied."""
-    machine_id: NotRequired[str | None]
+    machine_id: NotRequired[str]
     """The machine whose drives and kinematics are used; give either this or `drives`."""
-    path: ServoPathDoc
+    path: ServoPath
     """The path that the axes are commanded to follow."""
     position_gain_scale: NotRequired[Mapping[str, Sequence[float]]]
     """Factors of the position gains, by axis letter: lists of equal length, which are stepped together."""
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
-    tool_length_mm: NotRequired[float | None]
+    tool_length_mm: NotRequired[float]
     """
     Tool length, added along the zero-pose tool axis; it matters only for head axes. The default
     is as for `work_offset_mm`.
     """
-    work_offset_mm: NotRequired[Numbers3 | None]
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
+    is no default: it must be stated if a result depends on it.
+    """
 
 
 class VerificationReport(TypedDict):
@@ -3088,7 +3140,7 @@ class WearReport(TypedDict):
     """Sum of the chords between contacts."""
     contact: Contact
     """Source of the cutter contact."""
-    contact_angle_deg: NotRequired[Numbers2 | None]
+    contact_angle_deg: NotRequired[Pair | None]
     contacts_assumed: NotRequired[int]
     """Number of motions at whose end a contact was assumed from the feed and kept."""
     contacts_kept: int
@@ -3123,6 +3175,126 @@ class WearReport(TypedDict):
     """The steps that changed the program; null if an older version of the service did not record them."""
     warnings: Sequence[ReportWarning]
     """Warnings to the caller."""
+
+
+class CalibrationDocument(TypedDict):
+    """The result of a calibration run. It never changes."""
+
+    axes: NotRequired[Sequence[SphereAxisAnswer] | None]
+    """The axes found, if spheres were probed."""
+    blind: Sequence[Blind]
+    """Combinations of errors that the run cannot separate."""
+    condition_number: NotRequired[float | None]
+    """
+    Largest singular value divided by the smallest, with columns of unit length; null if spheres were
+    probed.
+    """
+    covariance: NotRequired[Covariance | None]
+    created_at: str
+    """Time at which the run was stored."""
+    degrees_of_freedom: int
+    """
+    Number of observations minus the number of fitted values. For spheres without angles: of the planes
+    and circles, each.
+    """
+    eccentricities_um: NotRequired[Eccentricities]
+    """Eccentricities before and after compensation."""
+    errors: Mapping[str, Mapping[str, Estimate]]
+    """Location errors by axis, cascaded as in the profile: `apply` writes these values there."""
+    id: str
+    """Id of the run."""
+    instrument: NotRequired[str | None]
+    """Instrument that measured."""
+    instrument_certificate: NotRequired[str | None]
+    """The instrument's calibration certificate."""
+    instrument_serial_number: NotRequired[str | None]
+    """Serial number of the instrument."""
+    iso_230: Mapping[str, Estimate]
+    """The same errors against the machine's frame, with the symbols of ISO 230-7."""
+    kind: CalibrationKind
+    """How it was measured."""
+    machine_id: str
+    """Id of the machine."""
+    machine_revision: int
+    """Revision of the machine when it was measured."""
+    measured_at: str
+    """Time of the measurement."""
+    note: NotRequired[str | None]
+    """The operator's note."""
+    operator: NotRequired[str | None]
+    """Person who measured."""
+    outliers: NotRequired[Sequence[Outlier]]
+    """Readings that were left out because they are too far from all others; the first thousand."""
+    rank: int
+    """How many of `unknowns` the readings determine; offsets are not counted."""
+    redundant: Sequence[str]
+    """Components that change no line of this machine beyond the errors above; they stay zero."""
+    residual_rms_um: float
+    """Root of the mean square of the residuals."""
+    run_sha256: str
+    """SHA-256 of the stored run."""
+    setup_error_um: NotRequired[SetupErrorAnswer]
+    """Offset of the spindle ball."""
+    software_version: str
+    """Build of the service that evaluated the run."""
+    temperature_c: NotRequired[float | None]
+    """Temperature of the machine."""
+    tests: NotRequired[Sequence[TestAnswer]]
+    """Results of each test."""
+    unidentifiable: Sequence[str]
+    """
+    Errors that the run does not determine: cascaded, against the machine's frame, or of the set-up. The
+    value of such an error contains all errors that it cannot be separated from.
+    """
+    unknowns: int
+    """Number of unknowns: the location errors, and the two set-up errors if they were not given."""
+    warnings: Sequence[RunWarning]
+    """Points that a metrologist should check."""
+
+
+class CalibrationRun(TypedDict):
+    """
+    A calibration run: who measured, when, with what, and all readings. `instrument_uncertainty_um`,
+    `bar_length_mm`, `offset_per_test`, `setup_error_um`, `tests` and the uncertainties of the set-up belong to
+    `rtcp-ballbar`; `axes` belongs to `rotary-sphere`.
+    """
+
+    axes: NotRequired[Sequence[SphereAxis] | None]
+    """The axes with probed spheres."""
+    ball_uncertainty_mm: NotRequired[float | None]
+    """Standard uncertainty of each coordinate of `ball_mm`. Tests with the same `ball_mm` count as one ball."""
+    bar_length_mm: NotRequired[float | None]
+    """Length of the bar at the start."""
+    bar_length_uncertainty_mm: NotRequired[float | None]
+    """Standard uncertainty of `bar_length_mm`."""
+    instrument: NotRequired[str | None]
+    """Instrument that measured."""
+    instrument_certificate: NotRequired[str | None]
+    """The instrument's calibration certificate: its number, its date or both."""
+    instrument_serial_number: NotRequired[str | None]
+    """Serial number of the instrument."""
+    instrument_uncertainty_um: NotRequired[float | None]
+    """Standard uncertainty of the instrument. If it is given, it widens the uncertainties in the answer."""
+    kind: CalibrationKind
+    """How the machine was measured."""
+    measured_at: str
+    """Time of the measurement (RFC 3339); not in the future."""
+    note: NotRequired[str | None]
+    """Any note of the operator."""
+    offset_per_test: NotRequired[bool | None]
+    """
+    True: the bar's zero is arbitrary, and one offset per test is fitted. False: the length of the bar is
+    known.
+    """
+    operator: NotRequired[str | None]
+    """Person who measured."""
+    setup_error_um: NotRequired[SetupError | None]
+    setup_uncertainty_um: NotRequired[float | None]
+    """Standard uncertainty of each of both components of the set-up error, if it was given or is held at 0."""
+    temperature_c: NotRequired[float | None]
+    """Temperature of the machine."""
+    tests: NotRequired[Sequence[BallBarTest] | None]
+    """The tests with the ball bar."""
 
 
 class CcReport(TypedDict):
@@ -3247,13 +3419,15 @@ class MachinePreset(TypedDict):
 class MatchingRequest(TypedDict):
     """Request for gains that reach a target."""
 
-    drives: NotRequired[Drives | None]
+    drives: NotRequired[Drives]
+    """Drives by axis letter, without a machine; for the two circles."""
     feed_mm_per_min: float
     """Feed at which the gains have to reach the first target."""
-    feed_profile: NotRequired[FeedProfile | None]
-    feed_range_mm_per_min: NotRequired[Numbers2]
+    feed_profile: NotRequired[FeedProfile]
+    """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
+    feed_range_mm_per_min: NotRequired[Pair]
     """Range of feeds in which the limit is searched."""
-    laps: NotRequired[int | None]
+    laps: NotRequired[int]
     """Number of laps on a closed path, default 2; the last lap is evaluated."""
     least_gain_margin: NotRequired[float]
     """Factor by which the position gains stay below the stability limit."""
@@ -3261,9 +3435,9 @@ class MatchingRequest(TypedDict):
     """Phase margin that the position loops keep."""
     location_errors: NotRequired[LocationErrors]
     """Whether measured errors of the machine are applied."""
-    machine_id: NotRequired[str | None]
+    machine_id: NotRequired[str]
     """The machine whose drives and kinematics are used; give either this or `drives`."""
-    path: ServoPathDoc
+    path: ServoPath
     """The path that the axes are commanded to follow."""
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
@@ -3272,12 +3446,16 @@ class MatchingRequest(TypedDict):
     Largest contour errors allowed. The gains are matched to the first; the feed limit is given for
     each.
     """
-    tool_length_mm: NotRequired[float | None]
+    tool_length_mm: NotRequired[float]
     """
     Tool length, added along the zero-pose tool axis; it matters only for head axes. The default
     is as for `work_offset_mm`.
     """
-    work_offset_mm: NotRequired[Numbers3 | None]
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
+    is no default: it must be stated if a result depends on it.
+    """
 
 
 class PostingReport(TypedDict):

@@ -218,14 +218,41 @@ class Machine:
         uploads = {"program": upload(program, "program.nc")}
         if part is not None:
             uploads["surface"] = upload(part, "part.stl")
-        asked = {"machine_id": self.id, "operation": operation, "parameters": parameters}
-        if external_id is not None:
-            asked["external_id"] = external_id
-        if callback_url is not None:
-            asked["callback_url"] = callback_url
+        order = self._order(operation, parameters, external_id, callback_url)
         headers = {"Idempotency-Key": idempotency_key or new_idempotency_key()}
-        answer = self._connection.send("POST", "/v1/jobs", form={"job": asked}, uploads=uploads, headers=headers)
+        answer = self._connection.send("POST", "/v1/jobs", form={"job": order}, uploads=uploads, headers=headers)
         return Job(self._connection, answer.json(), answer.headers.get("etag"))
+
+    def post_jobs(
+        self,
+        operation: JobOperation,
+        programs: Content,
+        parameters: Mapping[str, Any],
+        *,
+        external_id: str | None = None,
+        callback_url: str | None = None,
+        idempotency_key: str | None = None,
+    ) -> dict[str, Job]:
+        """Posts an operation on each program of a zip archive, all or none, and does not wait.
+
+        Gives the job of each program by its path in the archive. The same request under the same `idempotency_key`
+        gets the same jobs.
+        """
+        order = self._order(operation, parameters, external_id, callback_url)
+        headers = {"Idempotency-Key": idempotency_key or new_idempotency_key()}
+        uploads = {"programs": upload(programs, "programs.zip")}
+        answer = self._connection.send("POST", "/v1/job-batches", form={"job": order}, uploads=uploads, headers=headers)
+        return {item["path"]: Job(self._connection, item["job"]) for item in answer.json()["items"]}
+
+    def _order(
+        self, operation: JobOperation, parameters: Mapping[str, Any], external_id: str | None, callback_url: str | None
+    ) -> dict[str, Any]:
+        order: dict[str, Any] = {"machine_id": self.id, "operation": operation, "parameters": parameters}
+        if external_id is not None:
+            order["external_id"] = external_id
+        if callback_url is not None:
+            order["callback_url"] = callback_url
+        return order
 
     def interpret(self, program: Content, **parameters: Unpack[InterpretationParameters]) -> Interpretation:
         """How the service understands a program, motion by motion. Nothing is stored."""
