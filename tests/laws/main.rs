@@ -27,6 +27,7 @@ mod path;
 mod post;
 mod program;
 mod programs;
+mod radius;
 mod reading;
 mod servo;
 mod side_by_side;

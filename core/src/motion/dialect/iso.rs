@@ -72,11 +72,11 @@ fn stroke(code: Code) -> Option<Stroke> {
 /// The meaning of a G code in tenths.
 pub(super) fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
-        Call, Compensation, CylinderOfAxis, Elsewhere, EndCycle, EndModalCall, EndPolarOrOffset, EndRotation,
-        EndScaling, EndShift, ExactStop, ExactStopHere, Feed, Harmless, HarmlessUnlessAxes, HypotheticalAxis,
-        Incremental, LengthAlongTool, LocalShift, MachineCoordinates, MirrorNamed, ModalCall, ModeByP,
-        Motion, MotionWithAxes, NoMotion, OtherShift, Plane, Reference, Shift, TipControl, Transform, Units,
-        UnitsUnlessCycle, Unknown, WorkOffsetByP, WriteOffsets,
+        Call, Compensation, CompensationByDiameter, CylinderOfAxis, Elsewhere, EndCycle, EndModalCall,
+        EndPolarOrOffset, EndRotation, EndScaling, EndShift, ExactStop, ExactStopHere, Feed, Harmless,
+        HarmlessUnlessAxes, HypotheticalAxis, Incremental, LengthAlongTool, LocalShift, MachineCoordinates,
+        MirrorNamed, ModalCall, ModeByP, Motion, MotionWithAxes, NoMotion, OtherShift, Plane, Reference,
+        Shift, TipControl, Transform, Units, UnitsUnlessCycle, Unknown, WorkOffsetByP, WriteOffsets,
     };
     use MotionMode::{Arc, Cycle, Linear, Probing, Rapid, Spline, Thread};
     use Transformation::{
@@ -117,6 +117,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         310..=319 | 380..=389 => Motion(Probing),
         330..=332 | 340 => Motion(Thread),
         400 => Compensation(false),
+        411 | 421 => CompensationByDiameter { left: tenths == 411 },
         410..=429 => Compensation(true),
         431 => LengthAlongTool,
         430 | 432 | 440 => Meaning::ToolLength(ToolLength::Plain),
