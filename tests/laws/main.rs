@@ -29,6 +29,7 @@ mod program;
 mod programs;
 mod radius;
 mod reading;
+mod reference;
 mod servo;
 mod side_by_side;
 mod siemens;

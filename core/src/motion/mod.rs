@@ -41,6 +41,7 @@ mod offsets;
 mod offsets_tests;
 mod position;
 mod radius;
+mod reference;
 mod repetition;
 mod sections;
 mod sinumerik;

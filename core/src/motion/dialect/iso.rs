@@ -20,6 +20,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     takes_ijk_as_vector: true,
     two_codes_conflict: true,
     first_offset: Some(WorkOffset::G54),
+    reference_passes_point: true,
     tools: ToolRules { m61_sets: true, second_t_changes: true, ..ToolRules::CHANGED_BY_M6 },
     ..MotionRules::PLAIN
 };
