@@ -3,6 +3,7 @@
 use super::RadiusCompensation;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
+use super::modal::ToolLength;
 use super::radius::Radius;
 use crate::program::{Address, Code};
 
@@ -19,8 +20,21 @@ impl Interpreter {
         if on && !is_on {
             self.modal.radius.number = self.modal.radius.number.saturating_add(1);
         }
+        if is_on && !on && self.modal.radius.beside_mm.is_none() {
+            self.stand_beside();
+        }
         self.modal.radius.beside_mm = beside_mm.filter(|_| on && !is_on && self.options.as_it_runs);
         self.modal.compensation = Some(on);
+    }
+
+    /// The tool is beside the programmed place, by a radius that is not known.
+    fn stand_beside(&mut self) {
+        let across = self.modal.plane.filter(|_| self.modal.tool_length == Some(ToolLength::Plain));
+        for slot in (0..3).filter(|slot| across != Some(*slot)) {
+            if let Some(at) = self.position.axes.get_mut(usize::from(slot)) {
+                *at = None;
+            }
+        }
     }
 
     /// How far left of the path a tool runs whose diameter is the D of this block \[mm\]. A negative diameter changes the

@@ -155,7 +155,6 @@ impl RadiusPath {
     }
 
     fn compensate(&mut self, batch: &Batch, placed: &Placed, compensation: RadiusCompensation) {
-        let (mut motion, position) = *placed;
         if self.under_way.as_ref().is_some_and(|way| way.number != compensation.number) {
             self.end();
         }
@@ -163,7 +162,7 @@ impl RadiusPath {
             Some(beside_mm) if beside_mm.abs() <= 0.0 => self.leave(batch, placed),
             Some(beside_mm) => {
                 if self.under_way.is_none() {
-                    self.under_way = Some(UnderWay::new(&motion, compensation.number, beside_mm));
+                    self.under_way = Some(UnderWay::new(&placed.0, compensation.number, beside_mm));
                 }
                 if self.step(batch, placed, compensation).is_none() {
                     self.lose(placed);
@@ -171,12 +170,8 @@ impl RadiusPath {
             }
             // It was switched on again in another way.
             None if self.under_way.is_some() => self.lose(placed),
-            None => {
-                let plane = motion.plane.filter(|_| motion.interpolation == Interpolation::Machine);
-                self.standing = Standing::Unknown(axes_of(plane));
-                motion.start = None;
-                self.done.push((motion, position));
-            }
+            // After it the interpreter does not know the place.
+            None => self.done.push(*placed),
         }
     }
 
