@@ -37,8 +37,8 @@ impl Interpreter {
         }
     }
 
-    /// How far left of the path a tool runs whose diameter is the D of this block \[mm\]. A negative diameter changes the
-    /// side. `None` if D is missing or not known, if the unit may change in this block, and with L, the edge of a
+    /// How far left of the path a tool runs whose diameter is the D of this block \[mm\]. A negative diameter changes
+    /// the side. `None` if D is missing or not known, if the unit may change in this block, and with L, the edge of a
     /// turning tool.
     pub(super) fn diameter_beside_mm(&self, left: bool) -> Option<f64> {
         let changes_unit =

@@ -234,7 +234,6 @@ fn after_radius_compensation_the_tool_is_beside_its_place_until_both_axes_are_na
     assert_eq!((motions[2].unfollowable, motions[2].start), (None, None));
     assert_eq!(end(&motions[2]), [5.0, 5.0, 0.0, 0.0, 0.0]);
     assert!(motions[3].start.is_some());
-    // The plane of the compensation, and a motion across it.
     let motions = run_from_zero("G18 G1 F1 G42 D1 X1\nG40 Y5\nX6 Z1\nX7\n");
     assert_eq!([motions[1].end, motions[2].start], [None, None]);
     assert_eq!(end(&motions[3]), [7.0, 5.0, 1.0, 0.0, 0.0]);

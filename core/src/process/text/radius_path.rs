@@ -1,9 +1,9 @@
-//! The path of the tool under compensation of its radius: beside the programmed path, with arcs around outer corners and
-//! cut off at inner ones, and the way into it and out of it.
+//! The path of the tool under compensation of its radius: beside the programmed path, with arcs around outer corners
+//! and cut off at inner ones, and the way into it and out of it.
 //!
-//! The end of a motion depends on the motion after it, so motions are held back until it is known. A path that a control
-//! would refuse is left alone, and so is one whose radius is not known. The tool is then somewhere beside the programmed
-//! place until the program names the axes of the plane again.
+//! The end of a motion depends on the motion after it, so motions are held back until it is known. A path that a
+//! control would refuse is left alone, and so is one whose radius is not known. The tool is then somewhere beside the
+//! programmed place until the program names the axes of the plane again.
 
 use crate::geometry::{Corner, PlaneCircle, PlanePiece};
 use crate::motion::{
