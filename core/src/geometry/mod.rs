@@ -2,12 +2,14 @@
 
 mod angles;
 mod great_circle;
+mod plane_path;
 mod screw;
 pub mod trig;
 pub(crate) mod trig_lanes;
 
 pub use angles::{angle_about, angle_between, shortest_turn_rad, wrap_rad};
 pub use great_circle::GreatCircle;
+pub use plane_path::{Corner, PlaneCircle, PlanePiece};
 pub use screw::{RigidMotion, Screw};
 
 /// A vector or point; the name of the variable says frame and unit.

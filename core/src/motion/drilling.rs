@@ -163,6 +163,7 @@ impl Interpreter {
             && self.block.absolute & present == 0
             && self.block.comma == 0
             && self.modal.tool_length == Some(ToolLength::Plain)
+            && self.modal.compensation == Some(false)
             && matches!(self.modal.feed_mode(), Some(FeedMode::PerMinute | FeedMode::PerRevolution))
             && self.position.linear_mm().is_some()
     }

@@ -144,6 +144,7 @@ impl Interpreter {
             }
             Some(Action::Reference) => {
                 self.set_feed();
+                self.pass_point(index, block, reason.or(one_shot), motions);
                 self.opaque(index, block, Unfollowable::Reference, motions);
                 // On some controls U V W name the linear axes incrementally.
                 let incremental = Address::U.bit() | Address::V.bit() | Address::W.bit();

@@ -46,6 +46,9 @@ impl Interpreter {
                     self.this_block.begins_cycle |=
                         mode == MotionMode::Cycle && self.modal.motion != Some(MotionMode::Cycle);
                     self.modal.motion = Some(mode);
+                    if mode == MotionMode::Arc {
+                        self.note_arc(index);
+                    }
                 }
                 Meaning::CycleRetract(retract) => self.modal.cycle.retract = Some(retract),
                 Meaning::MotionWithAxes(MotionMode::Spline) if axis_words != 0 => {
@@ -73,6 +76,7 @@ impl Interpreter {
                 | Meaning::Units(_)
                 | Meaning::Feed(_)
                 | Meaning::Compensation(_)
+                | Meaning::CompensationByDiameter { .. }
                 | Meaning::ToolLength(_)
                 | Meaning::TipControl(_)
                 | Meaning::SwitchTip(_)
@@ -141,7 +145,8 @@ impl Interpreter {
                 }
                 Meaning::BlockWord => also(&mut action, Action::Odd(Unfollowable::ControlWord)),
                 Meaning::ForeignWord => *reason = Some(Unfollowable::ControlWord),
-                Meaning::Harmless | Meaning::MotionWithAxes(_) => {}
+                Meaning::Harmless => self.note_centres(index),
+                Meaning::MotionWithAxes(_) => {}
                 Meaning::Unknown | Meaning::UnitsUnlessCycle(_) | Meaning::HarmlessUnlessAxes => {
                     also(&mut action, Action::Unknown);
                 }
@@ -189,7 +194,10 @@ impl Interpreter {
             Meaning::Incremental(incremental) => self.modal.incremental = Some(incremental),
             Meaning::Units(mm_per_unit) => self.set_unit(mm_per_unit),
             Meaning::Feed(mode) => self.modal.count_feed(Some(mode)),
-            Meaning::Compensation(on) => self.modal.compensation = Some(on),
+            Meaning::Compensation(on) => self.compensate_radius(on, None),
+            Meaning::CompensationByDiameter { left } => {
+                self.compensate_radius(true, self.diameter_beside_mm(left));
+            }
             // A repeated TRAORI or TRAFOOF changes nothing.
             Meaning::SwitchTip(length) => self.switch_tip(length),
             Meaning::LengthAlongTool if self.axes.has_head_axis() && !self.options.interpolation_stated => {

@@ -121,6 +121,10 @@ pub(super) enum Meaning {
     Units(f64),
     Feed(FeedMode),
     Compensation(bool),
+    /// G41.1, G42.1: D is the diameter of the cutter, which runs left or right of the path.
+    CompensationByDiameter {
+        left: bool,
+    },
     /// A tool length: G43, G44.
     ToolLength(ToolLength),
     /// A code that states what is interpolated, whatever a code of the machine's builder stated before: G43.4, G43.5,

@@ -5,6 +5,7 @@
 //! caller states them. A motion that cannot be followed is reported and left unchanged. Nothing is guessed.
 
 mod block_words;
+mod compensation;
 mod conflicts;
 #[cfg(test)]
 #[path = "words/tests.rs"]
@@ -39,6 +40,8 @@ mod offsets;
 #[path = "offsets/tests.rs"]
 mod offsets_tests;
 mod position;
+mod radius;
+mod reference;
 mod repetition;
 mod sections;
 mod sinumerik;
@@ -65,7 +68,7 @@ pub use feed_rules::{FeedForm, FeedPath, FeedPaths, FeedRules};
 pub use interpreter::{Interpreter, InterpreterOptions};
 pub use machine_axes::rotary_addresses;
 pub use meaning::BlockMotion;
-pub use motions::{ArcCourse, Interpolation, Motion, MotionKind};
+pub use motions::{ArcCourse, Interpolation, Motion, MotionKind, RadiusCompensation};
 pub(crate) use spindle::Spindle;
 pub use spindle::{CalledTool, StatedCutter, ToolKey, ToolName};
 pub use unfollowable::{ModalGroup, Unfollowable};

@@ -1,6 +1,7 @@
 //! The modal state of a control. `None` is an unknown value.
 
 use super::cycle::Cycle;
+use super::radius::Radius;
 use super::sections::behind;
 use super::turn::Turn;
 use super::{FeedMode, ModalGroup, Spindle, Unfollowable, WorkOffset};
@@ -87,6 +88,8 @@ pub(super) struct Modal {
     pub(super) mm_per_unit: Option<f64>,
     feed_mode: Option<FeedMode>,
     pub(super) compensation: Option<bool>,
+    /// What is known of it.
+    pub(super) radius: Radius,
     pub(super) tool_length: Option<ToolLength>,
     /// M428 to M430 since the last G43.4, G43.5 or G49, or M138, and the caller has not stated their meaning.
     pub(super) kinematics_switched: bool,
@@ -149,6 +152,7 @@ impl Modal {
         mm_per_unit: None,
         feed_mode: Some(FeedMode::PerMinute),
         compensation: Some(false),
+        radius: Radius::START,
         tool_length: Some(ToolLength::Plain),
         kinematics_switched: false,
         transformations: [Some(false); TRANSFORMATIONS],
@@ -187,6 +191,7 @@ impl Modal {
         self.mm_per_unit = None;
         self.feed_mode = None;
         self.compensation = None;
+        self.radius.forget();
         self.tool_length = None;
         self.transformations[Transformation::Rotation as usize] = None;
         self.transformations[Transformation::Tilt as usize] = None;
@@ -258,6 +263,7 @@ impl Modal {
                 // Sections are not passed while a program is followed as it runs, and only then are these followed.
                 cycle: Cycle::NONE,
                 turn: None,
+                radius: Radius::START,
                 // Every shift counts: after a second call the offset has changed once more.
                 shifts: self.shifts.saturating_add(stranger[1].shifts.saturating_sub(stranger[0].shifts)) }
             };
@@ -307,6 +313,7 @@ impl Modal {
             mm_per_unit: same(self.mm_per_unit, skipped.mm_per_unit),
             feed_mode: same(self.feed_mode, skipped.feed_mode),
             compensation: same(self.compensation, skipped.compensation),
+            radius: self.radius.common(skipped.radius),
             tool_length: same(self.tool_length, skipped.tool_length),
             kinematics_switched: self.kinematics_switched || skipped.kinematics_switched,
             transformations: std::array::from_fn(|i| {
@@ -364,6 +371,8 @@ impl Modal {
         }
         match self.compensation {
             Some(false) => {}
+            // Its path is computed from the motions of the program.
+            Some(true) if self.radius.beside_mm.is_some() => {}
             Some(true) => return Some(Unfollowable::CutterCompensation),
             None => return unknown(ModalGroup::CutterCompensation),
         }

@@ -45,6 +45,7 @@ impl Interpreter {
             is_shifted: self.modal.is_shifted(),
             work_offset: self.modal.work_offset,
             tool: self.modal.spindle.tool(),
+            compensation: self.radius_compensation(),
             exact_stop: self.modal.exact_stop || self.this_block.exact_stop,
             is_only_offset: self.modal.work_offset.is_some_and(|offset| self.is_only_offset(offset)),
         }

@@ -25,7 +25,7 @@ pub enum Interpolation {
 }
 
 /// What the course of an arc depends on besides its ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ArcCourse {
     /// Words that count from its ends (I J K, a radius): the course moves with the ends. Also for motions that are not
     /// arcs.
@@ -34,6 +34,27 @@ pub enum ArcCourse {
     Centre,
     /// The direction in which the motion before it ends (`CT`).
     Neighbour,
+    /// Nothing else: the control has computed it beside the programmed path.
+    About {
+        /// The centre, in the coordinates of the motion's plane, in its right-handed order \[mm\].
+        centre_mm: [f64; 2],
+        /// Whether it runs clockwise.
+        is_clockwise: bool,
+    },
+}
+
+/// How the control compensates the radius of the cutter during a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RadiusCompensation {
+    /// Counts how often compensation has been switched on so far.
+    pub number: u32,
+    /// How far the tool runs to the left of the programmed path, negative to the right \[mm\]; `None` if this depends
+    /// on the tables of the control.
+    pub beside_mm: Option<f64>,
+    /// Whether arcs of the present code run clockwise; `None` if it is not known.
+    pub is_clockwise: Option<bool>,
+    /// G90.1: centres of arcs are points; `None` if it is not known.
+    pub absolute_centres: Option<bool>,
 }
 
 /// One motion of a program. Blocks without axis words make no motion, except calls and M99.
@@ -99,6 +120,8 @@ pub struct Motion {
     pub work_offset: Option<WorkOffset>,
     /// The tool in the spindle.
     pub tool: CalledTool,
+    /// The compensation of the cutter's radius; `None` if it is off.
+    pub compensation: Option<RadiusCompensation>,
     /// The machine stops at the end of the motion (G60, G61, G9).
     pub exact_stop: bool,
     /// The work offset is the one of the program's first complete point, or the one in force before the program names

@@ -229,6 +229,19 @@ fn cutter_compensation_and_transformations_are_not_followed() {
 }
 
 #[test]
+fn after_radius_compensation_the_tool_is_beside_its_place_until_both_axes_are_named() {
+    let motions = run_from_zero("G1 F1 G41 D1 X1\nX2\nG40 X5 Y5\nX6\n");
+    assert_eq!((motions[2].unfollowable, motions[2].start), (None, None));
+    assert_eq!(end(&motions[2]), [5.0, 5.0, 0.0, 0.0, 0.0]);
+    assert!(motions[3].start.is_some());
+    let motions = run_from_zero("G18 G1 F1 G42 D1 X1\nG40 Y5\nX6 Z1\nX7\n");
+    assert_eq!([motions[1].end, motions[2].start], [None, None]);
+    assert_eq!(end(&motions[3]), [7.0, 5.0, 1.0, 0.0, 0.0]);
+    // Nothing was on.
+    assert!(run_from_zero("G40 G1 F1 X1\n")[0].start.is_some());
+}
+
+#[test]
 fn canned_cycles_last_until_g80() {
     let motions = run_from_zero("G81 X1 Z-5 R1 F1\nX2\nG80\nX3\nG0 X4\nZ1\nX5\n");
     assert!(motions[..2].iter().all(|motion| motion.unfollowable == Some(Unfollowable::CannedCycle)));

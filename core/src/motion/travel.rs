@@ -210,7 +210,7 @@ impl Interpreter {
 
     /// Moves the five axes, and the letter that the machine lacks, to the places that the words state.
     #[inline]
-    fn take_axis_words(&mut self) {
+    pub(super) fn take_axis_words(&mut self) {
         let block = &self.block;
         let scale = self.modal.mm_per_unit;
         let repeated_or_unknown = block.unknown;

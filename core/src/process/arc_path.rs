@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::geometry::trig;
-use crate::motion::{AxisWords, Motion};
+use crate::motion::{ArcCourse, AxisWords, Motion};
 use crate::program::{Address, Batch, Word, WordForm};
 
 /// Why the course of an arc is not known.
@@ -121,6 +121,11 @@ pub(in crate::process) struct ArcModes {
 }
 
 impl ArcModes {
+    /// Arcs of this direction, with centres that are points or count from the start.
+    pub(in crate::process) const fn new(is_clockwise: bool, absolute_centres: bool) -> Self {
+        Self { is_clockwise, absolute_centres }
+    }
+
     /// Updates the modes from the codes of one block.
     pub(in crate::process) fn see(&mut self, words: &[Word]) {
         for word in words.iter().filter(|word| word.address == Address::G) {
@@ -146,7 +151,6 @@ impl ArcPath {
         motion: &Motion,
         [start, end]: [AxisWords; 2],
     ) -> Result<Self, UnknownArc> {
-        let block = batch.blocks().get(motion.block as usize).ok_or(UnknownArc::CentreNotStated)?;
         let across = usize::from(motion.plane.ok_or(UnknownArc::Plane)?);
         let axes = [(across + 1) % 3, (across + 2) % 3];
         let is_at_rest = |k: usize| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits();
@@ -154,6 +158,10 @@ impl ArcPath {
             let turn_deg = [0, 1].map(|k| end.rotary_deg[k] - start.rotary_deg[k]);
             return Err(UnknownArc::Turning { turn_deg });
         }
+        if let ArcCourse::About { centre_mm, is_clockwise } = motion.arc {
+            return Self::about(is_clockwise, [start, end], axes, centre_mm);
+        }
+        let block = batch.blocks().get(motion.block as usize).ok_or(UnknownArc::CentreNotStated)?;
         let mut centre_words = [None; 3];
         let (mut radius, mut turns) = (None, None);
         // Centre words whose form says from where they count, as bits by address.

@@ -118,7 +118,7 @@ fn what_the_control_works_out_is_left_alone_and_so_are_corners_that_are_cut() {
 #[test]
 fn radius_compensation_planes_and_mirrors_are_left_alone_until_they_are_off() {
     for (on, off) in [
-        ("L X+2 RL F100", "L X+3 R0"),
+        ("L X+2 RL F100", "L X+3 Y+2 R0"),
         (
             "CYCL DEF 10.0 ROTATION\nCYCL DEF 10.1 ROT+30\nL X+2 F100",
             "CYCL DEF 10.1 ROT+0\nL X+3 Y+2 Z+3 A+0 C+0",

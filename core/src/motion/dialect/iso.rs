@@ -20,6 +20,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     takes_ijk_as_vector: true,
     two_codes_conflict: true,
     first_offset: Some(WorkOffset::G54),
+    reference_passes_point: true,
     tools: ToolRules { m61_sets: true, second_t_changes: true, ..ToolRules::CHANGED_BY_M6 },
     ..MotionRules::PLAIN
 };
@@ -72,11 +73,11 @@ fn stroke(code: Code) -> Option<Stroke> {
 /// The meaning of a G code in tenths.
 pub(super) fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
-        Call, Compensation, CylinderOfAxis, Elsewhere, EndCycle, EndModalCall, EndPolarOrOffset, EndRotation,
-        EndScaling, EndShift, ExactStop, ExactStopHere, Feed, Harmless, HarmlessUnlessAxes, HypotheticalAxis,
-        Incremental, LengthAlongTool, LocalShift, MachineCoordinates, MirrorNamed, ModalCall, ModeByP,
-        Motion, MotionWithAxes, NoMotion, OtherShift, Plane, Reference, Shift, TipControl, Transform, Units,
-        UnitsUnlessCycle, Unknown, WorkOffsetByP, WriteOffsets,
+        Call, Compensation, CompensationByDiameter, CylinderOfAxis, Elsewhere, EndCycle, EndModalCall,
+        EndPolarOrOffset, EndRotation, EndScaling, EndShift, ExactStop, ExactStopHere, Feed, Harmless,
+        HarmlessUnlessAxes, HypotheticalAxis, Incremental, LengthAlongTool, LocalShift, MachineCoordinates,
+        MirrorNamed, ModalCall, ModeByP, Motion, MotionWithAxes, NoMotion, OtherShift, Plane, Reference,
+        Shift, TipControl, Transform, Units, UnitsUnlessCycle, Unknown, WorkOffsetByP, WriteOffsets,
     };
     use MotionMode::{Arc, Cycle, Linear, Probing, Rapid, Spline, Thread};
     use Transformation::{
@@ -117,6 +118,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         310..=319 | 380..=389 => Motion(Probing),
         330..=332 | 340 => Motion(Thread),
         400 => Compensation(false),
+        411 | 421 => CompensationByDiameter { left: tenths == 411 },
         410..=429 => Compensation(true),
         431 => LengthAlongTool,
         430 | 432 | 440 => Meaning::ToolLength(ToolLength::Plain),

@@ -60,6 +60,8 @@ pub(super) struct MotionRules {
     pub(super) first_offset: Option<WorkOffset>,
     /// How a program puts tools into the spindle.
     pub(super) tools: ToolRules,
+    /// G28 and G30 go through the point of their words.
+    pub(super) reference_passes_point: bool,
     /// E is the place of an extruder. Elsewhere it is a tolerance, a time or an angle of the spindle.
     pub(super) has_extruder: bool,
     /// After a call or a code that is not known, no code states again everything that it may have changed. All motions
@@ -130,6 +132,7 @@ impl MotionRules {
         two_codes_conflict: false,
         first_offset: None,
         tools: ToolRules::CHANGED_BY_M6,
+        reference_passes_point: false,
         has_extruder: true,
         unknown_is_final: false,
     };

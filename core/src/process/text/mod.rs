@@ -8,6 +8,7 @@ mod line_map;
 mod look_through;
 mod name_unknown_axes;
 mod numbering;
+mod radius_path;
 mod reading;
 mod source;
 mod step_store;

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use super::course::run_from;
 use super::line_map::LineCursor;
+use super::radius_path::RadiusPath;
 use super::reading::ProgramReading;
 use super::source::{CHUNK_BYTES, ProgramSource, read_some};
 use super::survey::Survey;
@@ -92,6 +93,8 @@ pub(in crate::process) struct Passages<'a> {
     /// `None` if motions with vectors get their words elsewhere.
     vectors: Option<ToolVectors>,
     keeps_positions: bool,
+    /// The path of the tool under radius compensation, if the program is followed as it runs.
+    radius: Option<RadiusPath>,
     /// Surveys the text while it is read, if it was not surveyed before.
     surveyor: Option<Surveyor>,
     ahead: VecDeque<Passage>,
@@ -125,6 +128,7 @@ impl<'a> Passages<'a> {
             interpreter: Interpreter::new(machine, program.options()),
             vectors: Some(ToolVectors::new(machine, program)),
             keeps_positions: false,
+            radius: None,
             surveyor: None,
             ahead: VecDeque::new(),
             spare: Vec::new(),
@@ -142,6 +146,7 @@ impl<'a> Passages<'a> {
     pub(in crate::process) fn following_its_run(mut self, machine: &Machine, program: &ProgramSetup) -> Self {
         let options = InterpreterOptions { as_it_runs: true, ..program.options() };
         self.interpreter = Interpreter::new(machine, options);
+        self.radius = Some(RadiusPath::new());
         self
     }
 
@@ -240,7 +245,7 @@ impl<'a> Passages<'a> {
         passage.poses.clear();
         passage.looks.clear();
         if !self.next_blocks(&mut passage.batch)? {
-            return Ok(None);
+            return Ok(self.last_motions(passage));
         }
         if let Some(surveyor) = &mut self.surveyor {
             surveyor.see(&passage.batch);
@@ -257,10 +262,24 @@ impl<'a> Passages<'a> {
                 motion.line = cursor.source_line(motion.line);
             }
         }
+        if let Some(radius) = self.radius.as_mut().filter(|_| self.interpreter.has_compensated_radius()) {
+            let Passage { batch, motions, positions, .. } = &mut passage;
+            radius.follow(batch, motions, positions);
+        }
         self.blocks += passage.batch.blocks().iter().filter(|block| block.counts()).count() as u64;
         self.motions += passage.motions.len() as u64;
         self.reading.see(&passage.motions);
         Ok(Some(passage))
+    }
+
+    /// The motions that were held back until the end of the program, if there are any.
+    fn last_motions(&mut self, mut passage: Passage) -> Option<Passage> {
+        let radius = self.radius.as_mut().filter(|radius| radius.holds_back())?;
+        passage.batch = Batch::new();
+        radius.finish(&mut passage.motions, &mut passage.positions);
+        self.motions += passage.motions.len() as u64;
+        self.reading.see(&passage.motions);
+        Some(passage)
     }
 
     /// The blocks that come next; false at the end.

@@ -1,0 +1,82 @@
+//! Codes of radius compensation, and the modes of the arcs on its path. The path itself follows from the motions.
+
+use super::RadiusCompensation;
+use super::interpreter::Interpreter;
+use super::meaning::Meaning;
+use super::modal::ToolLength;
+use super::radius::Radius;
+use crate::program::{Address, Code};
+
+/// G2.
+const CLOCKWISE: Code = Code::G(20);
+/// G90.1 and G91.1.
+const ABSOLUTE_CENTRES: Code = Code::G(901);
+const INCREMENTAL_CENTRES: Code = Code::G(911);
+
+impl Interpreter {
+    /// G40, G41, G42 and similar codes. Compensation that is on already cannot be switched on by another radius.
+    pub(super) fn compensate_radius(&mut self, on: bool, beside_mm: Option<f64>) {
+        let is_on = self.modal.compensation != Some(false);
+        if on && !is_on {
+            self.modal.radius.number = self.modal.radius.number.saturating_add(1);
+        }
+        if is_on && !on && self.modal.radius.beside_mm.is_none() {
+            self.stand_beside();
+        }
+        self.modal.radius.beside_mm = beside_mm.filter(|_| on && !is_on && self.options.as_it_runs);
+        self.modal.compensation = Some(on);
+    }
+
+    /// The tool is beside the programmed place, by a radius that is not known.
+    fn stand_beside(&mut self) {
+        let across = self.modal.plane.filter(|_| self.modal.tool_length == Some(ToolLength::Plain));
+        for slot in (0..3).filter(|slot| across != Some(*slot)) {
+            if let Some(at) = self.position.axes.get_mut(usize::from(slot)) {
+                *at = None;
+            }
+        }
+    }
+
+    /// How far left of the path a tool runs whose diameter is the D of this block \[mm\]. A negative diameter changes
+    /// the side. `None` if D is missing or not known, if the unit may change in this block, and with L, the edge of a
+    /// turning tool.
+    pub(super) fn diameter_beside_mm(&self, left: bool) -> Option<f64> {
+        let changes_unit =
+            (0..self.block.g_count).any(|index| matches!(self.meaning(index), Meaning::Units(_)));
+        if changes_unit || self.block.has(Address::L) {
+            return None;
+        }
+        let radius_mm = 0.5 * self.block.value(Address::D)? * self.modal.mm_per_unit?;
+        Some(if left { radius_mm } else { -radius_mm })
+    }
+
+    /// The direction of arcs, by G2 or G3.
+    pub(super) fn note_arc(&mut self, index: usize) {
+        self.modal.radius.is_clockwise = self.block.g_codes().get(index).map(|code| *code == CLOCKWISE);
+    }
+
+    /// The place from which the centres of arcs count.
+    pub(super) fn note_centres(&mut self, index: usize) {
+        match self.block.g_codes().get(index) {
+            Some(&ABSOLUTE_CENTRES) => self.modal.radius.absolute_centres = Some(true),
+            Some(&INCREMENTAL_CENTRES) => self.modal.radius.absolute_centres = Some(false),
+            _ => {}
+        }
+    }
+
+    /// The compensation of a motion.
+    #[inline]
+    pub(super) fn radius_compensation(&self) -> Option<RadiusCompensation> {
+        if self.modal.compensation == Some(false) {
+            return None;
+        }
+        let Radius { number, beside_mm, is_clockwise, absolute_centres } = self.modal.radius;
+        Some(RadiusCompensation { number, beside_mm, is_clockwise, absolute_centres })
+    }
+
+    /// Whether the program has compensated the cutter's radius so far.
+    #[must_use]
+    pub fn has_compensated_radius(&self) -> bool {
+        self.modal.radius.number > 0
+    }
+}

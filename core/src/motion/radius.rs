@@ -1,0 +1,30 @@
+//! What is known of the compensation of the cutter's radius.
+
+/// What is known of the compensation besides its state, and of arcs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Radius {
+    /// How often it was switched on so far.
+    pub(super) number: u32,
+    /// How far left of the path the tool runs \[mm\], if the program is followed as it runs and states it.
+    pub(super) beside_mm: Option<f64>,
+    pub(super) is_clockwise: Option<bool>,
+    pub(super) absolute_centres: Option<bool>,
+}
+
+impl Radius {
+    pub(super) const START: Self =
+        Self { number: 0, beside_mm: None, is_clockwise: None, absolute_centres: Some(false) };
+
+    /// After a call nothing is known but the number.
+    pub(super) fn forget(&mut self) {
+        *self = Self { number: self.number, absolute_centres: None, ..Self::START };
+    }
+
+    /// What is the same whether a block was executed or skipped.
+    pub(super) fn common(self, skipped: Self) -> Self {
+        if self == skipped {
+            return self;
+        }
+        Self { number: self.number.max(skipped.number), absolute_centres: None, ..Self::START }
+    }
+}

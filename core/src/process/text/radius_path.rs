@@ -1,0 +1,404 @@
+//! The path of the tool under compensation of its radius: beside the programmed path, with arcs around outer corners
+//! and cut off at inner ones, and the way into it and out of it.
+//!
+//! The end of a motion depends on the motion after it, so motions are held back until it is known. A path that a
+//! control would refuse is left alone, and so is one whose radius is not known. The tool is then somewhere beside the
+//! programmed place until the program names the axes of the plane again.
+
+use crate::geometry::{Corner, PlaneCircle, PlanePiece};
+use crate::motion::{
+    ArcCourse, AxisWords, ContactWords, FeedMode, Interpolation, Motion, MotionKind, RadiusCompensation,
+    Unfollowable,
+};
+use crate::process::arc_path::{ArcModes, ArcPath};
+use crate::program::{Address, Batch};
+
+/// Positions of X Y Z \[mm\] and of the rotary axes \[deg\], as far as known.
+type Position = [Option<f64>; 5];
+
+/// A motion, and the position after it.
+type Placed = (Motion, Position);
+
+/// Where the tool is when compensation ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Standing {
+    /// Where the program says.
+    AsProgrammed,
+    /// In this place of this plane instead \[mm\].
+    Beside([f64; 2], u8),
+    /// Somewhere else in these of X Y Z.
+    Unknown([bool; 3]),
+}
+
+/// A compensated path.
+#[derive(Debug, Clone, PartialEq)]
+struct UnderWay {
+    number: u32,
+    beside_mm: f64,
+    plane: u8,
+    /// It is not followed any more.
+    is_lost: bool,
+    /// The last piece in the plane, as programmed, and where the tool begins it \[mm\].
+    last: Option<(PlanePiece, [f64; 2])>,
+    /// The programmed end of it \[mm\].
+    programmed_mm: [f64; 2],
+}
+
+/// Gives motions under compensation the path of the tool.
+#[derive(Debug)]
+pub(super) struct RadiusPath {
+    under_way: Option<UnderWay>,
+    standing: Standing,
+    /// The motion of the last piece, and the motions after it that do not move in the plane.
+    held: Vec<Placed>,
+    done: Vec<Placed>,
+}
+
+/// Most motions that are held back.
+const MAX_HELD: usize = 256;
+/// A tool of a smaller radius is not followed \[mm\].
+const MIN_RADIUS_MM: f64 = 1e-3;
+/// A piece that is cut off beyond its beginning by no more than this is not \[mm\].
+const BACKWARDS_MM: f64 = 1e-9;
+/// An arc that is cut off runs through no larger angle than before, but for this \[rad\].
+const MORE_SWEEP_RAD: f64 = 1e-3;
+/// The same of an arc that is not cut off, whose ends are smoothed corners \[rad\].
+const MORE_SMOOTHED_RAD: f64 = 0.2;
+/// Places this close are one \[mm\].
+const SAME_MM: f64 = 2e-6;
+const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
+
+impl RadiusPath {
+    pub(super) fn new() -> Self {
+        Self { under_way: None, standing: Standing::AsProgrammed, held: Vec::new(), done: Vec::new() }
+    }
+
+    /// Whether motions are held back.
+    pub(super) fn holds_back(&self) -> bool {
+        !self.held.is_empty()
+    }
+
+    /// Replaces the motions of a batch by those that the tool makes. `positions` has one for each motion, or is empty.
+    pub(super) fn follow(&mut self, batch: &Batch, motions: &mut Vec<Motion>, positions: &mut Vec<Position>) {
+        let is_idle = self.under_way.is_none() && self.standing == Standing::AsProgrammed;
+        if is_idle && motions.iter().all(|motion| motion.compensation.is_none()) {
+            return;
+        }
+        // Their own blocks may have been in another batch. Nothing of a block's text is used for them.
+        self.held.iter_mut().for_each(|(motion, _)| motion.block = 0);
+        for (index, motion) in motions.iter().enumerate() {
+            let placed = (*motion, positions.get(index).copied().unwrap_or_default());
+            match motion.compensation {
+                None => self.leave(batch, &placed),
+                Some(compensation) => self.compensate(batch, &placed, compensation),
+            }
+        }
+        self.hand_over(motions, positions);
+    }
+
+    /// The motions held back, at the end of the program.
+    pub(super) fn finish(&mut self, motions: &mut Vec<Motion>, positions: &mut Vec<Position>) {
+        self.end();
+        self.hand_over(motions, positions);
+    }
+
+    fn hand_over(&mut self, motions: &mut Vec<Motion>, positions: &mut Vec<Position>) {
+        motions.clear();
+        positions.clear();
+        for (motion, position) in self.done.drain(..) {
+            motions.push(motion);
+            positions.push(position);
+        }
+    }
+
+    /// A motion without compensation.
+    fn leave(&mut self, batch: &Batch, placed: &Placed) {
+        let (mut motion, mut position) = *placed;
+        self.end();
+        let is_followed = motion.unfollowable.is_none() && motion.kind != MotionKind::Opaque;
+        match self.standing {
+            Standing::AsProgrammed => {}
+            Standing::Beside(at_mm, plane) => {
+                let is_straight = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear);
+                let is_way_out = is_followed && is_straight && motion.end.is_some();
+                if let Some(start) = motion.start.filter(|_| is_way_out) {
+                    motion.start = Some(in_plane(start, plane, at_mm));
+                    self.standing = Standing::AsProgrammed;
+                } else {
+                    motion.unfollowable.get_or_insert(Unfollowable::CutterCompensation);
+                    motion.start = None;
+                    self.standing = Standing::Unknown(axes_of(Some(plane)));
+                }
+            }
+            Standing::Unknown(mut elsewhere) => {
+                if is_followed {
+                    let words = batch.blocks().get(motion.block as usize).map(|block| batch.words(block));
+                    for word in words.unwrap_or_default() {
+                        if let Some(axis) = LINEAR.iter().position(|address| *address == word.address) {
+                            elsewhere[axis] = false;
+                        }
+                    }
+                }
+                self.standing = Standing::Unknown(elsewhere);
+                (motion.start, motion.vector_start) = (None, None);
+                if elsewhere == [false; 3] {
+                    self.standing = Standing::AsProgrammed;
+                } else {
+                    (motion.end, motion.linear_end_mm) = (None, None);
+                    for (at, _) in position.iter_mut().zip(elsewhere).filter(|(_, elsewhere)| *elsewhere) {
+                        *at = None;
+                    }
+                }
+            }
+        }
+        self.done.push((motion, position));
+    }
+
+    fn compensate(&mut self, batch: &Batch, placed: &Placed, compensation: RadiusCompensation) {
+        if self.under_way.as_ref().is_some_and(|way| way.number != compensation.number) {
+            self.end();
+        }
+        match compensation.beside_mm {
+            Some(beside_mm) if beside_mm.abs() <= 0.0 => self.leave(batch, placed),
+            Some(beside_mm) => {
+                if self.under_way.is_none() {
+                    self.under_way = Some(UnderWay::new(&placed.0, compensation.number, beside_mm));
+                }
+                if self.step(batch, placed, compensation).is_none() {
+                    self.lose(placed);
+                }
+            }
+            // It was switched on again in another way.
+            None if self.under_way.is_some() => self.lose(placed),
+            // After it the interpreter does not know the place.
+            None => self.done.push(*placed),
+        }
+    }
+
+    /// The path is not followed from the motion held back on.
+    fn lose(&mut self, placed: &Placed) {
+        let (mut motion, position) = *placed;
+        if let Some(way) = &mut self.under_way {
+            way.is_lost = true;
+            self.standing = Standing::Unknown(axes_of(Some(way.plane)));
+        }
+        motion.unfollowable.get_or_insert(Unfollowable::CutterCompensation);
+        for (held, _) in &mut self.held {
+            held.unfollowable = Some(Unfollowable::CutterCompensation);
+        }
+        self.done.append(&mut self.held);
+        self.done.push((motion, position));
+    }
+
+    /// Compensation ends after the motions held back.
+    fn end(&mut self) {
+        let Some(way) = self.under_way.take() else { return };
+        if way.is_lost {
+            return;
+        }
+        let Some((piece, from_mm)) = way.last else { return };
+        let place = piece.beside(way.beside_mm).map(|beside| beside.end_mm);
+        let reached = place.filter(|at_mm| self.let_go(&way, &piece, from_mm, *at_mm, false).is_some());
+        if let Some(at_mm) = reached {
+            self.standing = Standing::Beside(at_mm, way.plane);
+            return;
+        }
+        self.standing = Standing::Unknown(axes_of(Some(way.plane)));
+        for (held, _) in &mut self.held {
+            held.unfollowable = Some(Unfollowable::CutterCompensation);
+        }
+        self.done.append(&mut self.held);
+    }
+
+    /// One motion of a compensated path; `None` if it is not followed.
+    fn step(&mut self, batch: &Batch, placed: &Placed, compensation: RadiusCompensation) -> Option<()> {
+        let motion = &placed.0;
+        let way = self.under_way.clone().filter(|way| !way.is_lost && way.takes(motion))?;
+        let [start, end] = [motion.start?, motion.end?];
+        let ends_mm = [start, end].map(|words| of_plane(words, way.plane));
+        if way.last.is_some() && !is_same(ends_mm[0], way.programmed_mm) {
+            return None;
+        }
+        if motion.kind != MotionKind::Arc && is_same(ends_mm[0], ends_mm[1]) {
+            // There is no way in without a motion in the plane.
+            (way.last.is_some() && self.held.len() < MAX_HELD).then(|| self.held.push(*placed))?;
+            return Some(());
+        }
+        let piece = way.piece(batch, motion, compensation)?;
+        let from_mm = match way.last {
+            None => self.enter(&way, &piece)?,
+            Some((last, last_from_mm)) => self.turn(&way, &last, last_from_mm, &piece, motion)?,
+        };
+        self.held.push(*placed);
+        let way = self.under_way.as_mut()?;
+        (way.last, way.programmed_mm) = (Some((piece, from_mm)), ends_mm[1]);
+        Some(())
+    }
+
+    /// The place from which the tool goes in \[mm\]. The way in is straight and longer than the radius.
+    fn enter(&mut self, way: &UnderWay, piece: &PlanePiece) -> Option<[f64; 2]> {
+        let long_mm = (0..2).map(|k| (piece.end_mm[k] - piece.start_mm[k]).powi(2)).sum::<f64>().sqrt();
+        if piece.circle.is_some() || long_mm <= way.beside_mm.abs() {
+            return None;
+        }
+        match std::mem::replace(&mut self.standing, Standing::AsProgrammed) {
+            Standing::AsProgrammed => Some(piece.start_mm),
+            Standing::Beside(at_mm, plane) if plane == way.plane => Some(at_mm),
+            Standing::Beside(..) | Standing::Unknown(_) => None,
+        }
+    }
+
+    /// The corner between the last piece and the next one: the motions held back end there. Gives the place where the
+    /// tool begins the next piece \[mm\].
+    fn turn(
+        &mut self,
+        way: &UnderWay,
+        last: &PlanePiece,
+        last_from_mm: [f64; 2],
+        next: &PlanePiece,
+        motion: &Motion,
+    ) -> Option<[f64; 2]> {
+        let last_end_mm = last.beside(way.beside_mm)?.end_mm;
+        match last.corner(next, way.beside_mm) {
+            Corner::OutOfReach => None,
+            Corner::Meet(at_mm) => {
+                self.let_go(way, last, last_from_mm, at_mm, true)?;
+                Some(at_mm)
+            }
+            Corner::Smooth => {
+                self.let_go(way, last, last_from_mm, last_end_mm, false)?;
+                Some(last_end_mm)
+            }
+            Corner::Around => {
+                let next_start_mm = next.beside(way.beside_mm)?.start_mm;
+                self.let_go(way, last, last_from_mm, last_end_mm, false)?;
+                let start = motion.start?;
+                let mut around = *motion;
+                // A rapid goes around a corner in a straight line.
+                if motion.kind != MotionKind::Rapid {
+                    around.kind = MotionKind::Arc;
+                    let is_clockwise = way.beside_mm > 0.0;
+                    around.arc = ArcCourse::About { centre_mm: next.start_mm, is_clockwise };
+                }
+                around.end = Some(in_plane(start, way.plane, next_start_mm));
+                around.start = Some(in_plane(start, way.plane, last_end_mm));
+                self.done.push((made_of(&around), position_of(around.end)));
+                Some(next_start_mm)
+            }
+        }
+    }
+
+    /// Ends the motions held back at a place in the plane \[mm\]; `None` if a piece would run backwards.
+    fn let_go(
+        &mut self,
+        way: &UnderWay,
+        piece: &PlanePiece,
+        from_mm: [f64; 2],
+        to_mm: [f64; 2],
+        is_cut: bool,
+    ) -> Option<()> {
+        let direction = piece.direction_at(to_mm)?;
+        let along_mm = (0..2).map(|k| (to_mm[k] - from_mm[k]) * direction[k]).sum::<f64>();
+        let is_forwards = if piece.circle.is_none() {
+            along_mm >= -BACKWARDS_MM
+        } else {
+            let is_one_place = (0..2).all(|k| (to_mm[k] - from_mm[k]).abs() < SAME_MM);
+            let was_round = (0..2).all(|k| (piece.end_mm[k] - piece.start_mm[k]).abs() < SAME_MM);
+            let more_rad = if is_cut { MORE_SWEEP_RAD } else { MORE_SMOOTHED_RAD };
+            let programmed_rad = piece.sweep_rad(piece.start_mm, piece.end_mm);
+            is_one_place == was_round && piece.sweep_rad(from_mm, to_mm) <= programmed_rad + more_rad
+        };
+        if !is_forwards {
+            return None;
+        }
+        for (index, (mut motion, _)) in self.held.drain(..).enumerate() {
+            let from_mm = if index == 0 { from_mm } else { to_mm };
+            motion.start = motion.start.map(|start| in_plane(start, way.plane, from_mm));
+            motion.end = motion.end.map(|end| in_plane(end, way.plane, to_mm));
+            if let Some(PlaneCircle { centre_mm, is_clockwise }) = piece.circle.filter(|_| index == 0) {
+                motion.arc = ArcCourse::About { centre_mm, is_clockwise };
+            }
+            self.done.push((made_of(&motion), position_of(motion.end)));
+        }
+        Some(())
+    }
+}
+
+impl UnderWay {
+    fn new(motion: &Motion, number: u32, beside_mm: f64) -> Self {
+        let is_lost = motion.plane.is_none() || beside_mm.abs() < MIN_RADIUS_MM;
+        let plane = motion.plane.unwrap_or(2);
+        Self { number, beside_mm, plane, is_lost, last: None, programmed_mm: [0.0; 2] }
+    }
+
+    /// Whether a motion is one of this path: it is followed but for the compensation, and turns no rotary axis.
+    fn takes(&self, motion: &Motion) -> bool {
+        let at_rest = motion.start.zip(motion.end).is_some_and(|(start, end)| {
+            (0..2).all(|k| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits())
+        });
+        motion.unfollowable.is_none()
+            && motion.kind != MotionKind::Opaque
+            && motion.plane == Some(self.plane)
+            && motion.interpolation == Interpolation::Machine
+            && motion.feed.mode != Some(FeedMode::InverseTime)
+            && at_rest
+    }
+
+    fn piece(&self, batch: &Batch, motion: &Motion, compensation: RadiusCompensation) -> Option<PlanePiece> {
+        let [start, end] = [motion.start?, motion.end?];
+        let [from_mm, to_mm] = [start, end].map(|words| of_plane(words, self.plane));
+        if motion.kind != MotionKind::Arc {
+            return PlanePiece::line(from_mm, to_mm);
+        }
+        let modes = ArcModes::new(compensation.is_clockwise?, compensation.absolute_centres?);
+        let arc = ArcPath::of(modes, batch, motion, [start, end]).ok()?;
+        let centre_mm = of_plane(arc.centre().0, self.plane);
+        PlanePiece::arc(from_mm, to_mm, PlaneCircle { centre_mm, is_clockwise: arc.sweep_rad() < 0.0 })
+    }
+}
+
+/// The axes of a plane among X Y Z, in its right-handed order.
+fn plane_axes(plane: u8) -> [usize; 2] {
+    let across = usize::from(plane);
+    [(across + 1) % 3, (across + 2) % 3]
+}
+
+/// Which of X Y Z are axes of the plane; all if it is not known.
+fn axes_of(plane: Option<u8>) -> [bool; 3] {
+    std::array::from_fn(|axis| plane.is_none_or(|plane| plane_axes(plane).contains(&axis)))
+}
+
+fn is_same(a_mm: [f64; 2], b_mm: [f64; 2]) -> bool {
+    a_mm.iter().zip(b_mm).all(|(a, b)| (a - b).abs() <= 0.0)
+}
+
+fn of_plane(words: AxisWords, plane: u8) -> [f64; 2] {
+    plane_axes(plane).map(|axis| words.linear_mm[axis])
+}
+
+/// The words with this place in the plane \[mm\].
+fn in_plane(mut words: AxisWords, plane: u8, at_mm: [f64; 2]) -> AxisWords {
+    for (axis, at_mm) in plane_axes(plane).into_iter().zip(at_mm) {
+        words.linear_mm[axis] = at_mm;
+    }
+    words
+}
+
+fn position_of(words: Option<AxisWords>) -> Position {
+    let Some(AxisWords { linear_mm: [x, y, z], rotary_deg: [first, second] }) = words else {
+        return [None; 5];
+    };
+    [x, y, z, first, second].map(Some)
+}
+
+/// A motion with the ends that the control computed. Words that state a contact belong to the programmed path.
+fn made_of(motion: &Motion) -> Motion {
+    Motion {
+        linear_end_mm: motion.end.map(|end| end.linear_mm),
+        tool_axis: None,
+        vector_start: None,
+        contact: ContactWords::None,
+        repeats: false,
+        ..*motion
+    }
+}
