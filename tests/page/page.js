@@ -5,6 +5,7 @@ import { strict as assert } from "node:assert";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { check, fault, faults, launch, open } from "./browser.js";
+import { million } from "./million.js";
 
 const [executable, examples, pictures] = process.argv.slice(2);
 const { DEMO, NEW, EMPTY, CLOSED, TRUNNION_KEY: key } = process.env;
@@ -102,7 +103,8 @@ const flows = {
     // The worst line is in sight, and it is that line of the program.
     const line = readFileSync(blade, "utf8").split(/\r?\n/)[report.before.worst_line - 1];
     assert.equal(await page.locator(".codeline.worst .text").first().innerText(), line);
-    assert.ok((await page.locator(".codeline.focus").count()) >= 3, "the line is not marked in both programs");
+    // The line is marked in both programs, when both were read.
+    await page.waitForFunction(() => document.querySelectorAll(".codeline.focus").length >= 3);
     assert.ok((await colours(page, ".canvas canvas")) > 40, "the tool path is not drawn");
     assert.ok((await colours(page, ".chart canvas")) > 5, "the chart is not drawn");
     // The slider moves the machine, and the program follows.
@@ -383,6 +385,10 @@ const flows = {
         if (name === "compensate" && (look === "dark" || look === "zh")) await gallery(page, `compensate-${look}`, ".card.path");
         await end();
       }
+  },
+
+  async "a program of a million blocks is drawn in seconds, in little memory"() {
+    await million(executable, DEMO, MACHINE, picture);
   },
 };
 

@@ -220,7 +220,6 @@ export const en = {
     source: "Before",
     output: "After",
     noSource: "The service does not hand out uploaded programs. Choose the file to see it here.",
-    tooLong: (megabytes: number) => `A program of more than ${megabytes} MB is not shown as text.`,
     chooseSource: "Choose the program",
     otherSource: "This file is not the program of the job: its digest differs.",
     toWorst: "Go to the worst line",

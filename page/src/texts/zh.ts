@@ -220,7 +220,6 @@ export const zh: Texts = {
     source: "补偿前",
     output: "补偿后",
     noSource: "服务不会交出上传的程序。选择该文件，即可在此查看。",
-    tooLong: (megabytes) => `超过 ${megabytes} MB 的程序不以文本显示。`,
     chooseSource: "选择程序",
     otherSource: "此文件不是该任务的程序：摘要不同。",
     toWorst: "转到最差行",

@@ -61,7 +61,7 @@ export async function loadDemo(): Promise<void> {
       },
     });
   const file = new File([blade], "blade.nc", { type: "text/plain" });
-  await keepSource(file, file.name);
   const parameters = { work_offset_mm: [12, -7, 35] };
-  await createJob({ machine_id: machine, operation: "cc-compensation", parameters, external_id: "demo: blade" }, file, file.name);
+  const made = await createJob({ machine_id: machine, operation: "cc-compensation", parameters, external_id: "demo: blade" }, file, file.name);
+  keepSource(made.input_sha256, file);
 }

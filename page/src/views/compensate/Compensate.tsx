@@ -12,7 +12,8 @@ import { to } from "../../router";
 import { texts } from "../../texts";
 import { JobResult } from "../result/JobResult";
 import { ProgramText } from "../result/ProgramText";
-import { keepSource, SHOWN_MB } from "../result/sources";
+import { keepSource } from "../result/sources";
+import { ofFile, Text } from "../result/text";
 import { Drop } from "./Drop";
 import { Form } from "./Form";
 import { EMPTY, type Entered, faultsOf, requestOf } from "./request";
@@ -40,6 +41,7 @@ export function Compensate() {
   const left = useRef(new AbortController());
   useEffect(() => {
     left.current = new AbortController();
+    void import("../../machine3d/stage");
     return () => left.current.abort();
   }, []);
   const items = asked.data?.items ?? [];
@@ -63,8 +65,8 @@ export function Compensate() {
       done.value = null;
       setWay({ state: "sending", progress: 0 });
       try {
-        await keepSource(file, file.name);
         const made = await createJob(requestOf(now), file, file.name, surface.value);
+        keepSource(made.input_sha256, file);
         setRunning(made.id);
         const ended = await follow(
           made.id,
@@ -177,11 +179,11 @@ function Progress({ way }: { way: Way }) {
 
 /** The refused program at the line of its fault. */
 function Where({ file, line }: { file: File; line: number }) {
-  const asked = useAsked(async () => (file.size > SHOWN_MB * 1e6 ? "" : file.text()), [file]);
+  const asked = useAsked((signal) => Text.of(ofFile(file), signal), [file]);
   if (!asked.data) return null;
   return (
     <div class="where">
-      <ProgramText label={file.name} lines={asked.data.split(/\r?\n/)} focus={[line, line]} />
+      <ProgramText label={file.name} text={asked.data} focus={[line, line]} />
     </div>
   );
 }

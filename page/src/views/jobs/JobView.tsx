@@ -14,6 +14,8 @@ import { JobResult } from "../result/JobResult";
 import { Provenance } from "../result/Notes";
 
 export function JobView({ id }: { id: string }) {
+  // Most jobs have a picture. Its code comes while the service answers.
+  useEffect(() => void import("../../machine3d/stage"), []);
   const asked = useAsked((signal) => jobOf(id, signal), [id]);
   return <Got asked={asked}>{(job) => <Followed key={job.id} first={job} />}</Got>;
 }
