@@ -22,7 +22,7 @@ import { Wear } from "./views/wear/Wear";
 
 function View() {
   const t = texts.value;
-  const [view, first, second] = place.value.parts;
+  const [view, first, second, third] = place.value.parts;
   useEffect(() => {
     const name = view && view in t.nav ? t.nav[view as "jobs"] : t.nav.overview;
     document.title = `${name} · Trunnion`;
@@ -37,7 +37,7 @@ function View() {
     case "jobs":
       return first ? <JobView key={first} id={first} /> : <Jobs />;
     case "calibrate":
-      return <Calibrate id={first} run={second} />;
+      return <Calibrate id={first} run={second} report={third === "report"} />;
     case "servo":
       return <Servo id={first} />;
     case "wear":

@@ -7,6 +7,7 @@ import { machines as allMachines, tools as toolsOf } from "../../api/machines";
 import type { Job, Tool } from "../../api/types";
 import { problemOf, useAsked, useDoing } from "../../api/use";
 import { Got, Head, State } from "../../parts/parts";
+import { NoMachine } from "../MachineChoice";
 import { ProblemBox } from "../../parts/Problem";
 import { to } from "../../router";
 import { texts } from "../../texts";
@@ -15,7 +16,7 @@ import { ProgramText } from "../result/ProgramText";
 import { keepSource } from "../result/sources";
 import { ofFile, Text } from "../result/text";
 import { Drop } from "./Drop";
-import { Form } from "./Form";
+import { ProgramForm } from "./ProgramForm";
 import { EMPTY, type Entered, faultsOf, requestOf } from "./request";
 
 /** What is filled in stays while other views are looked at. */
@@ -98,56 +99,60 @@ export function Compensate() {
         )}
       </Head>
       <Got asked={asked}>
-        {() => (
-          <form
-            class="compensate noprint"
-            onSubmit={(event) => {
-              event.preventDefault();
-              start();
-            }}
-          >
-            <div class="column">
-              <Drop
-                file={program.value}
-                choose={(file) => {
-                  program.value = file;
-                  done.value = null;
-                  doing.clear();
-                  setHint("");
-                }}
-              />
-              <div class="go">
-                <button type="submit" class="primary large" disabled={doing.busy}>
-                  {t.start}
-                </button>
-                {hint && (
-                  <p class="fault" role="alert">
-                    {hint}
-                  </p>
-                )}
-                {way && <Progress way={way} />}
-                {running && (
-                  <button type="button" onClick={() => void cancel(running).catch((fault) => problemOf(fault))}>
-                    {texts.value.common.cancel}
+        {() =>
+          items.length === 0 ? (
+            <NoMachine />
+          ) : (
+            <form
+              class="compensate noprint"
+              onSubmit={(event) => {
+                event.preventDefault();
+                start();
+              }}
+            >
+              <div class="column">
+                <Drop
+                  file={program.value}
+                  choose={(file) => {
+                    program.value = file;
+                    done.value = null;
+                    doing.clear();
+                    setHint("");
+                  }}
+                />
+                <div class="go">
+                  <button type="submit" class="primary large" disabled={doing.busy}>
+                    {t.start}
                   </button>
-                )}
+                  {hint && (
+                    <p class="fault" role="alert">
+                      {hint}
+                    </p>
+                  )}
+                  {way && <Progress way={way} />}
+                  {running && (
+                    <button type="button" onClick={() => void cancel(running).catch((fault) => problemOf(fault))}>
+                      {texts.value.common.cancel}
+                    </button>
+                  )}
+                </div>
+                {refusal && <ProblemBox problem={refusal} />}
+                {refusal?.line && program.value && <Where file={program.value} line={refusal.line} />}
               </div>
-              {refusal && <ProblemBox problem={refusal} />}
-              {refusal?.line && program.value && <Where file={program.value} line={refusal.line} />}
-            </div>
-            <div class="column">
-              <Form
-                entered={{ ...entered.value, machine }}
-                set={set}
-                machines={items}
-                tools={tools}
-                faults={faultsOf(refusal)}
-                surface={surface.value}
-                setSurface={(file) => (surface.value = file)}
-              />
-            </div>
-          </form>
-        )}
+              <div class="column">
+                <ProgramForm
+                  entered={{ ...entered.value, machine }}
+                  set={set}
+                  machines={items}
+                  tools={tools}
+                  faults={faultsOf(refusal)}
+                  surface={surface.value}
+                  setSurface={(file) => (surface.value = file)}
+                />
+              </div>
+            </form>
+          )
+        }
       </Got>
       <div ref={result} class="results" aria-live="polite">
         {job?.state === "succeeded" && (

@@ -3,10 +3,11 @@ import { machines as allMachines } from "../../api/machines";
 import { useAsked, useDoing } from "../../api/use";
 import { Card, Empty, Got, Head } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
+import { Words } from "../../parts/Words";
 import { to } from "../../router";
 import { texts } from "../../texts";
-import { loadDemo } from "../../tour/demo";
 import { startTour } from "../../tour/tour";
+import { NoMachine } from "../MachineChoice";
 import { JobTable } from "../jobs/JobTable";
 import { MachineCard } from "../machines/MachineCard";
 
@@ -26,11 +27,7 @@ export function Overview() {
       <Got asked={machines}>
         {({ items }) =>
           items.length === 0 ? (
-            <Empty what={t.noMachines}>
-              <a class="button" href={to("machines", "+")}>
-                {texts.value.machines.add}
-              </a>
-            </Empty>
+            <NoMachine />
           ) : (
             <div class="cards">
               {items.map((machine) => (
@@ -55,12 +52,15 @@ export function Overview() {
           </Card>
           {jobs.data?.items.length === 0 && (
             <Card title={t.demoTitle} class="democard">
-              <p>{t.demoLead}</p>
+              <p>
+                <Words text={t.demoLead} />
+              </p>
               <button
                 type="button"
                 disabled={doing.busy}
                 onClick={() =>
                   doing.run(async () => {
+                    const { loadDemo } = await import("../../tour/demo");
                     await loadDemo();
                     jobs.again();
                     machines.again();
