@@ -1,12 +1,12 @@
 // A run that is typed, or pasted from a spreadsheet.
 
+import { useState } from "preact/hooks";
 import type { Machine } from "../../api/types";
 import { Choice, NumberField, PointField, TextField } from "../../parts/Form";
 import { Card } from "../../parts/parts";
 import { texts } from "../../texts";
 import { COLUMNS, DIRECTIONS, faultsOf, type Method, type Part, partOf, requestOf, type RunRequest, typed } from "./draft";
 import { Readings } from "./Readings";
-import { useState } from "preact/hooks";
 
 const METHODS: Method[] = ["rtcp-ballbar", "rotary-sphere"];
 /** More faults are not listed: they are marked in the table. */
@@ -89,12 +89,14 @@ export function EnterRun({ machine, preview, cancel }: { machine: Machine; previ
           </fieldset>
         ))}
         {faults.length > 0 && (
-          <ul class="fault faults" role="alert">
-            {faults.slice(0, LISTED).map((fault) => (
-              <li key={fault.words}>{fault.words}</li>
-            ))}
-            {faults.length > LISTED && <li>{t.faults.more(faults.length - LISTED)}</li>}
-          </ul>
+          <div class="fault" role="alert">
+            <ul class="faults">
+              {faults.slice(0, LISTED).map((fault) => (
+                <li key={fault.words}>{fault.words}</li>
+              ))}
+              {faults.length > LISTED && <li>{t.faults.more(faults.length - LISTED)}</li>}
+            </ul>
+          </div>
         )}
         <div class="row">
           <button type="button" onClick={next}>

@@ -2,6 +2,7 @@
 
 import { useState } from "preact/hooks";
 import type { Machine } from "../../api/types";
+import { Card } from "../../parts/parts";
 import { texts } from "../../texts";
 import example from "../../../../docs/examples/ballbar.json";
 import { forget, type RunRequest } from "./draft";
@@ -36,7 +37,7 @@ export function NewRun({ machine }: { machine: Machine }) {
   if (run) return <Preview id={machine.machine_id} run={run} stored={end} cancel={() => setRun(null)} />;
   if (enters) return <EnterRun machine={machine} preview={look} cancel={() => setEnters(false)} />;
   return (
-    <div class="upload noprint">
+    <Card title={t.newRun} class="upload noprint">
       <div class="row">
         <label class="filebutton">
           {t.upload}
@@ -54,6 +55,6 @@ export function NewRun({ machine }: { machine: Machine }) {
           {t.notJson}
         </p>
       )}
-    </div>
+    </Card>
   );
 }

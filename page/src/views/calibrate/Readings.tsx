@@ -43,7 +43,7 @@ export function Readings({ label, heads, rows, set }: Props) {
         rows={shown}
         keyOf={(_row, at) => at}
         columns={[
-          { head: "", cell: (_row, at) => at + 1, names: true },
+          { head: <span class="hidden">{t.row}</span>, cell: (_row, at) => at + 1, names: true },
           ...heads.map(({ name, unit }, column) => ({
             head: name,
             unit,

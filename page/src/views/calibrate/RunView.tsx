@@ -53,6 +53,7 @@ export function RunView({ id, run }: { id: string; run: string }) {
               </Card>
             )}
             {calibration.tests && calibration.tests.length > 0 && <Residuals path={path} tests={calibration.tests} />}
+            <Provenance run={calibration} />
           </>
         )}
       </Got>
@@ -112,9 +113,25 @@ function Values({ run }: { run: Calibration }) {
         ]}
       />
       {run.note && <p class="hint">{run.note}</p>}
-      <p class="hint">
-        {texts.value.common.revision(run.machine_revision)} · <code>{run.id}</code>
-      </p>
+    </Card>
+  );
+}
+
+/** Where the numbers come from: on paper they are of no use without it. */
+function Provenance({ run }: { run: Calibration }) {
+  const t = texts.value;
+  return (
+    <Card title={t.result.provenance} class="provenance">
+      <Facts
+        class="wide"
+        facts={[
+          { name: t.calibrate.run, value: <code>{run.id}</code> },
+          { name: t.common.machine, value: `${run.machine_id}, ${t.common.revision(run.machine_revision)}` },
+          { name: t.calibrate.stored, value: moment(run.created_at) },
+          { name: t.result.software, value: `Trunnion ${run.software_version}` },
+          { name: t.calibrate.digest, value: <code>{run.run_sha256}</code>, long: true },
+        ]}
+      />
     </Card>
   );
 }

@@ -18,7 +18,7 @@ import { read } from "./reading";
 import { ResidualMap } from "./ResidualMap";
 import { ToolPath } from "./ToolPath";
 
-const NO_PATH: JobPath = { rows: [], together: 1 };
+const NO_PATH: JobPath = { rows: [], together: 1, chords: 0 };
 const CORRECTING = ["cc-compensation", "wear-compensation", "compensation"];
 
 export function JobResult({ job }: { job: Job }) {

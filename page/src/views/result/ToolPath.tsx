@@ -216,6 +216,7 @@ function Picture({ job, report, reading, loaded, line, toLine, drawn }: Props & 
         </span>
       </div>
       {loaded && loaded.path.together > 1 && <p class="hint">{t.result.together(loaded.path.together)}</p>}
+      {loaded && loaded.path.chords > 0 && <p class="hint">{t.result.chords(loaded.path.chords)}</p>}
       <div class="scrub">
         <button type="button" onClick={() => (at + 1 >= poses.length && setAt(0), setPlays(!plays))}>
           {plays ? t.result.pause : t.result.play}
