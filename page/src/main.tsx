@@ -1,7 +1,7 @@
 // The frame: header, the view of the address, and the foot.
 
 import { render } from "preact";
-import { useEffect } from "preact/hooks";
+import { useEffect, useErrorBoundary } from "preact/hooks";
 import { json } from "./api/client";
 import { useAsked } from "./api/use";
 import { Header } from "./Header";
@@ -53,6 +53,30 @@ function View() {
   }
 }
 
+/** A fault of one view leaves the others. */
+function Guarded() {
+  const t = texts.value.common;
+  const [fault, again] = useErrorBoundary((error) => console.warn(error));
+  const { parts } = place.value;
+  useEffect(() => {
+    if (fault) again();
+  }, [parts]);
+  if (!fault) return <View />;
+  return (
+    <div class="notice bad" role="alert">
+      <p class="title">{t.broken}</p>
+      <p>
+        <code>{String(fault)}</code>
+      </p>
+      <p class="row">
+        <button type="button" onClick={again}>
+          {t.again}
+        </button>
+      </p>
+    </div>
+  );
+}
+
 function Foot() {
   const t = texts.value.nav;
   const asked = useAsked((signal) => json<{ version: string }>("/v1/version", { signal }), []);
@@ -72,7 +96,7 @@ function Page() {
     <>
       <Header />
       <main id="main" tabIndex={-1}>
-        <View />
+        <Guarded />
       </main>
       <Foot />
       <Guide />

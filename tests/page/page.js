@@ -320,6 +320,7 @@ const flows = {
     await page.waitForSelector(".faults li");
     assert.match(await page.locator(".enterrun .faults").innerText(), /Test 1, row 2.*1\.2\.3/);
     await check(page, "run by hand");
+    await gallery(page, "calibrate-by-hand", ".part");
     await picture(page, "calibrate-by-hand");
     await cell.fill(kept);
     await cell.press("Enter");
@@ -531,6 +532,21 @@ const flows = {
         if (view === "/") await check(page, what);
         await end();
       }
+    // Answers of something else, and an address that is no text.
+    for (const view of ["/", "/jobs", `/machines/${MACHINE}`, "/calibrate", "/wear"]) {
+      const { page, close: end } = await open(browser, DEMO, view);
+      await page.route("**/v1/**", (route) => route.fulfill({ json: { items: 5 } }));
+      await page.reload();
+      await page.waitForSelector(".notice.bad");
+      await page.goto(`${DEMO}/#/nowhere`);
+      await page.waitForSelector(".empty");
+      await end();
+    }
+    {
+      const { page, close: end } = await open(browser, DEMO, "/jobs/%");
+      await page.waitForSelector(".notice.bad");
+      await end();
+    }
     // No machine at all.
     for (const view of ["/", "/compensate", "/machines", "/calibrate", "/servo", "/wear"]) {
       const { page, close: end } = await open(browser, DEMO, view);

@@ -41,6 +41,7 @@ export const en = {
     newest: "Newest",
     line: (line: number) => `line ${line}`,
     print: "Print",
+    broken: "The page has a fault and cannot show this view.",
     unknownView: "This view does not exist.",
     toOverview: "To the overview",
     revision: (revision: number) => `revision ${revision}`,

@@ -41,6 +41,7 @@ export const zh: Texts = {
     newest: "最新",
     line: (line) => `第 ${line} 行`,
     print: "打印",
+    broken: "页面出错，无法显示此视图。",
     unknownView: "没有这个页面。",
     toOverview: "回到总览",
     revision: (revision) => `修订 ${revision}`,

@@ -17,7 +17,7 @@ import { Residuals } from "./Residuals";
 
 export function RunView({ id, run }: { id: string; run: string }) {
   const t = texts.value.calibrate;
-  const path = `${machinePath(id)}/calibrations/${run}`;
+  const path = `${machinePath(id)}/calibrations/${encodeURIComponent(run)}`;
   const asked = useAsked(
     async (signal) => {
       const [calibration, tagged] = await Promise.all([json<Calibration>(path, { signal }), machineOf(id, signal)]);

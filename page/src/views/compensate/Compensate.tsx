@@ -6,6 +6,7 @@ import { cancel, createJob, follow } from "../../api/jobs";
 import { machines as allMachines, tools as toolsOf } from "../../api/machines";
 import type { Job, Tool } from "../../api/types";
 import { problemOf, useAsked, useDoing } from "../../api/use";
+import { usePictures } from "../../machine3d/ready";
 import { Got, Head, State } from "../../parts/parts";
 import { NoMachine } from "../MachineChoice";
 import { ProblemBox } from "../../parts/Problem";
@@ -32,6 +33,7 @@ interface Way {
 
 export function Compensate() {
   const t = texts.value.compensate;
+  usePictures();
   const asked = useAsked((stop) => allMachines(stop), []);
   const doing = useDoing();
   const [way, setWay] = useState<Way | null>(null);
@@ -42,7 +44,6 @@ export function Compensate() {
   const left = useRef(new AbortController());
   useEffect(() => {
     left.current = new AbortController();
-    void import("../../machine3d/stage");
     return () => left.current.abort();
   }, []);
   const items = asked.data?.items ?? [];

@@ -5,6 +5,7 @@ import { jobs as jobsOf } from "../../api/jobs";
 import { machines as allMachines } from "../../api/machines";
 import { OPERATIONS, STATES } from "../../api/types";
 import { useAsked } from "../../api/use";
+import { usePictures } from "../../machine3d/ready";
 import { Choice, TextField } from "../../parts/Form";
 import { Card, Empty, Got, Head } from "../../parts/parts";
 import { texts } from "../../texts";
@@ -15,6 +16,7 @@ const PAGE = 50;
 
 export function Jobs() {
   const t = texts.value;
+  usePictures();
   const [filter, setFilter] = useState({ state: "", operation: "", machine_id: "", external_id: "" });
   const [cursors, setCursors] = useState<string[]>([]);
   const cursor = cursors.at(-1);

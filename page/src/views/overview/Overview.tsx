@@ -1,6 +1,7 @@
 import { jobs as jobsOf } from "../../api/jobs";
 import { machines as allMachines } from "../../api/machines";
 import { useAsked, useDoing } from "../../api/use";
+import { usePictures } from "../../machine3d/ready";
 import { Card, Empty, Got, Head } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
 import { Words } from "../../parts/Words";
@@ -13,6 +14,7 @@ import { MachineCard } from "../machines/MachineCard";
 
 export function Overview() {
   const t = texts.value.overview;
+  usePictures();
   const machines = useAsked((signal) => allMachines(signal), []);
   const doing = useDoing();
   const jobs = useAsked((signal) => jobsOf({ limit: 8 }, signal), []);
