@@ -47,12 +47,14 @@ export function RunView({ id, run }: { id: string; run: string }) {
               <Blind run={calibration} />
             </div>
             <ErrorBars run={calibration} machine={tagged.machine} />
-            {calibration.eccentricities_um && (
-              <Card title={t.eccentricities}>
-                <Figure path={`${path}?plot=eccentricities`} alt={t.eccentricities} />
-              </Card>
-            )}
-            {calibration.tests && calibration.tests.length > 0 && <Residuals path={path} tests={calibration.tests} />}
+            <div class="figures">
+              {calibration.eccentricities_um && (
+                <Card title={t.eccentricities}>
+                  <Figure path={`${path}?plot=eccentricities`} alt={t.eccentricities} />
+                </Card>
+              )}
+              {calibration.tests && calibration.tests.length > 0 && <Residuals path={path} tests={calibration.tests} />}
+            </div>
             <Provenance run={calibration} />
           </>
         )}
@@ -140,7 +142,7 @@ function Blind({ run }: { run: Calibration }) {
   const t = texts.value.calibrate;
   if (run.blind.length === 0 && run.warnings.length === 0) return null;
   return (
-    <Card title={run.blind.length > 0 ? t.cannot : t.warnings}>
+    <Card title={run.blind.length > 0 ? t.cannot : t.warnings} class="blind">
       <ul class="warnings">
         {run.blind.map((blind) => (
           <li key={blind.words}>
