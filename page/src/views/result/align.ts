@@ -11,7 +11,7 @@ const placeOf = (line: string) => (bare(line).match(/[XYZABC][-+]?[\d.]+/gi) ?? 
 const AHEAD = 400;
 const NOWHERE = 0xffff_ffff;
 
-/** A line of the result, with what it is found by. Both are made only if the text differs. */
+/** A line with what it is found by. Both are made only if the bytes differ. */
 class Line {
   #label: string | undefined;
   #place: string | undefined;
@@ -64,48 +64,116 @@ export class Alignment {
   }
 }
 
+/** Bytes that are kept in sight, if there are so many: they hold the lines among which a block is looked for. */
+const SIGHT_BYTES = 128 * 1024;
+const NEWLINE = 10;
+const decoder = new TextDecoder();
+
+/** A place in a text, always at the beginning of a line. */
+class Place {
+  /** The same memory all the time. */
+  #memory = new Uint8Array(8 * SIGHT_BYTES);
+  bytes = this.#memory.subarray(0, 0);
+  at = 0;
+  #ended = false;
+  /** The lines from here on that were decoded, and where the next one begins. */
+  #seen: Line[] = [];
+  #next = 0;
+
+  constructor(private readonly parts: AsyncGenerator<Uint8Array>) {}
+
+  get isShort(): boolean {
+    return !this.#ended && this.bytes.length - this.at < SIGHT_BYTES;
+  }
+
+  async fill(): Promise<void> {
+    while (this.isShort) {
+      const { done, value } = await this.parts.next();
+      if (done) {
+        this.#ended = true;
+        return;
+      }
+      const rest = this.bytes.subarray(this.at);
+      const length = rest.length + value.length;
+      const memory = length > this.#memory.length ? new Uint8Array(2 * length) : this.#memory;
+      memory.set(rest);
+      memory.set(value, rest.length);
+      this.#memory = memory;
+      this.bytes = memory.subarray(0, length);
+      this.#next = Math.max(0, this.#next - this.at);
+      this.at = 0;
+    }
+  }
+
+  /** Where the line that begins there ends: after its newline. */
+  end(from = this.at): number {
+    const found = this.bytes.indexOf(NEWLINE, from);
+    return found < 0 ? this.bytes.length : found + 1;
+  }
+
+  /** A line ahead of this place, or none if it is not in sight. */
+  ahead(count: number): Line | undefined {
+    if (this.#seen.length === 0) this.#next = this.at;
+    while (this.#seen.length <= count && this.#next < this.bytes.length) {
+      const end = this.end(this.#next);
+      this.#seen.push(new Line(decoder.decode(this.bytes.subarray(this.#next, end)).replace(/\r?\n$/, "")));
+      this.#next = end;
+    }
+    return this.#seen[count];
+  }
+
+  pass(lines: number): void {
+    for (let line = 0; line < lines; line += 1) this.at = this.end();
+    if (this.#seen.length > 0) this.#seen = this.#seen.slice(lines);
+  }
+}
+
+/** Whether the same line is at both places, to the byte. */
+function isSameLine(a: Place, b: Place): boolean {
+  const end = a.end();
+  const length = end - a.at;
+  if (b.at + length > b.bytes.length) return false;
+  for (let index = 0; index < length; index += 1) if (a.bytes[a.at + index] !== b.bytes[b.at + index]) return false;
+  return length > 0 && (a.bytes[end - 1] === NEWLINE || b.at + length === b.bytes.length);
+}
+
 /** Lines are found by their text, by their block number, or by the place where the motion ends. */
 export async function align(source: Text, result: Text, signal: AbortSignal): Promise<Alignment> {
   const starts = new Uint32Array(source.length).fill(NOWHERE);
   const isSame = new Uint8Array(result.length);
-  const coming = result.batches(signal);
-  /** Lines of the result from `at` on. */
-  let window: Line[] = [];
-  let used = 0;
+  const from = new Place(source.parts(signal));
+  const to = new Place(result.parts(signal));
+  /** The line of the result at its place. */
   let at = 0;
-  let ended = false;
-  const fill = async () => {
-    window = window.slice(used);
-    used = 0;
-    while (!ended && window.length <= 2 * AHEAD) {
-      const next = await coming.next();
-      if (next.done) ended = true;
-      else window = window.concat(next.value.map((text) => new Line(text)));
+  for (let index = 0; index < source.length; index += 1, from.pass(1)) {
+    if (from.isShort) await from.fill();
+    if (to.isShort) await to.fill();
+    if (isSameLine(from, to)) {
+      starts[index] = at;
+      isSame[at] = 1;
+      to.pass(1);
+      at += 1;
+      continue;
     }
-  };
-  let index = -1;
-  for await (const batch of source.batches(signal)) {
-    for (const text of batch) {
-      index += 1;
-      if (!ended && window.length - used <= 2 * AHEAD) await fill();
-      const line = new Line(text);
-      const most = Math.min(window.length - used, AHEAD);
-      let found = -1;
-      for (let ahead = 0; ahead < most && found < 0; ahead += 1) {
-        const other = window[used + ahead] as Line;
-        if (other.text === text || (line.label && line.label === other.label)) found = ahead;
-        // The last part of a divided block: its first part is the next line that was not used.
-        else if (!line.label && line.place && line.place === other.place) found = 0;
-      }
-      if (found < 0) continue;
-      const first = window[used + found] as Line;
-      starts[index] = at + found;
-      if (first.text === text) isSame[at + found] = 1;
-      let past = found + 1;
-      if (!line.label && line.place) while (past < most && window[used + past - 1]?.place !== line.place) past += 1;
-      used += past;
-      at += past;
+    const line = from.ahead(0);
+    if (!line) break;
+    let found = -1;
+    for (let ahead = 0; ahead < AHEAD && found < 0; ahead += 1) {
+      const other = to.ahead(ahead);
+      if (!other) break;
+      if (other.text === line.text || (line.label && line.label === other.label)) found = ahead;
+      // The last part of a divided block: its first part is the next line that was not used.
+      else if (!line.label && line.place && line.place === other.place) found = 0;
     }
+    if (found < 0) continue;
+    const first = to.ahead(found);
+    starts[index] = at + found;
+    if (first?.text === line.text) isSame[at + found] = 1;
+    let past = found + 1;
+    if (!line.label && line.place)
+      while (past < AHEAD && to.ahead(past - 1)?.place !== line.place && to.ahead(past)) past += 1;
+    to.pass(past);
+    at += past;
   }
   return new Alignment(starts, isSame, result.length);
 }

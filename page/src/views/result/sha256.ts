@@ -1,6 +1,8 @@
 // SHA-256 of a file in hexadecimal digits, read part by part: browsers have only a digest of what is whole in memory,
 // and only for addresses that they call secure. FIPS 180-4.
 
+import { partsOf } from "./text";
+
 const BLOCK = 64;
 
 /** The constants are the fractional parts of the roots of the first primes. */
@@ -11,8 +13,7 @@ const K = Uint32Array.from(PRIMES, (p) => part(Math.cbrt(p)));
 
 export async function sha256(file: Blob): Promise<string> {
   const digest = new Digest();
-  const reader = (file.stream() as ReadableStream<Uint8Array>).getReader();
-  for (let next = await reader.read(); !next.done; next = await reader.read()) digest.add(next.value);
+  for await (const part of partsOf(file.stream() as ReadableStream<Uint8Array>)) digest.add(part);
   return [...digest.end()].map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 

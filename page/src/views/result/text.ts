@@ -33,6 +33,9 @@ const KEPT = 12;
 const NEWLINE = 10;
 const decoder = new TextDecoder();
 
+/** The text that is read now. */
+let last: Promise<unknown> = Promise.resolve();
+
 export class Text {
   #kept = new Map<number, Promise<string[]>>();
 
@@ -43,21 +46,27 @@ export class Text {
     readonly starts: number[],
   ) {}
 
-  /** Reads the bytes once to find where the lines are. */
-  static async of(bytes: Bytes, signal: AbortSignal): Promise<Text> {
+  /** Reads the bytes once to find where the lines are: one text after the other, so that their memory does not add up. */
+  static of(bytes: Bytes, signal: AbortSignal): Promise<Text> {
+    const turn = last.then(() => Text.#of(bytes, signal));
+    last = turn.catch(() => undefined);
+    return turn;
+  }
+
+  static async #of(bytes: Bytes, signal: AbortSignal): Promise<Text> {
     const starts = [0];
     let lines = 0;
     let size = 0;
-    let last = NEWLINE;
+    let end = NEWLINE;
     for await (const part of partsOf(await bytes.all(signal), signal)) {
       for (let at = part.indexOf(NEWLINE); at >= 0; at = part.indexOf(NEWLINE, at + 1)) {
         lines += 1;
         if (lines % STEP === 0) starts.push(size + at + 1);
       }
       size += part.length;
-      last = part.at(-1) ?? last;
+      end = part.at(-1) ?? end;
     }
-    return new Text(bytes, last === NEWLINE ? lines : lines + 1, size, starts);
+    return new Text(bytes, end === NEWLINE ? lines : lines + 1, size, starts);
   }
 
   /** The lines of a range, counted from zero. */
@@ -93,28 +102,20 @@ export class Text {
     }
   }
 
-  /** All lines in their order, some thousand at a time. */
-  async *batches(signal: AbortSignal): AsyncGenerator<string[]> {
-    const stream = new TextDecoder();
-    let rest = "";
-    for await (const part of partsOf(await this.bytes.all(signal), signal)) {
-      const text = rest + stream.decode(part, { stream: true });
-      const end = text.lastIndexOf("\n") + 1;
-      rest = text.slice(end);
-      if (end > 0) yield linesOf(text.slice(0, end));
-    }
-    if (rest) yield linesOf(rest);
+  /** All bytes in their order. A part is to be used before the next is asked for. */
+  async *parts(signal: AbortSignal): AsyncGenerator<Uint8Array> {
+    yield* partsOf(await this.bytes.all(signal), signal);
   }
 }
 
 const linesOf = (text: string) => text.replace(/\r?\n$/, "").split(/\r?\n/);
 
 /** A part is to be used before the next is asked for: all have the same memory, where the browser can do that. */
-async function* partsOf(stream: ReadableStream<Uint8Array>, signal: AbortSignal): AsyncGenerator<Uint8Array> {
+export async function* partsOf(stream: ReadableStream<Uint8Array>, signal?: AbortSignal): AsyncGenerator<Uint8Array> {
   const reader = readerOf(stream);
   try {
     for (let next = await reader.read(); !next.done; next = await reader.read()) {
-      signal.throwIfAborted();
+      signal?.throwIfAborted();
       yield next.value;
     }
   } finally {
