@@ -144,8 +144,8 @@ const flows = {
 
   async "machines, their lights, their axes and their revisions"() {
     const { page, close: end } = await open(browser, DEMO, "/");
-    assert.equal(await page.locator(".machine").count(), 2);
     await page.waitForSelector(".machine .light");
+    assert.equal(await page.locator(".machine").count(), 2);
     await check(page, "overview");
     await gallery(page, "overview");
     await picture(page, "overview");
@@ -159,7 +159,11 @@ const flows = {
     const machine = await get(DEMO, `/v1/machines/${MACHINE}`);
     for (const axis of machine.kinematics.rotary_axes)
       await same(page, `[data-axis="${axis.name}"] td:nth-of-type(6)`, axis.location_error.e_y_um);
+    // The tool is parallel to C at A 0, and sixty degrees from it at A -60.
+    await page.locator(".sliders input").first().fill("0");
+    await page.waitForSelector('[data-name="pole"] .warn');
     await page.locator(".sliders input").first().fill("-60");
+    await page.waitForFunction(() => /60\.0°/.test(document.querySelector('[data-name="pole"]')?.innerText ?? ""));
     await page.locator(".sliders input").last().fill("1000");
     await page.waitForTimeout(300);
     await check(page, "machine");
@@ -195,6 +199,7 @@ const flows = {
   async "jobs are listed, filtered and opened; a refusal says its reason"() {
     const { page, close: end } = await open(browser, DEMO, "/jobs");
     const all = (await get(DEMO, "/v1/jobs?limit=50")).items;
+    await page.waitForSelector("[data-job]");
     assert.equal(await page.locator("[data-job]").count(), all.length);
     await check(page, "jobs");
     await picture(page, "jobs");
@@ -232,6 +237,7 @@ const flows = {
   async "calibration runs are shown, applied and gone back to"() {
     const { page, close: end } = await open(browser, DEMO, `/calibrate/${MACHINE}`);
     const runs = (await get(DEMO, `/v1/machines/${MACHINE}/calibrations`)).items;
+    await page.waitForSelector("[data-run]");
     assert.equal(await page.locator("[data-run]").count(), runs.length);
     for (const run of runs) await same(page, `[data-run="${run.id}"] td:last-child`, run.residual_rms_um);
     await check(page, "calibrations");

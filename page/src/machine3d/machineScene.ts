@@ -23,7 +23,7 @@ export class MachineScene {
     this.body.pose({}, new Vector3(0, 0, SIZE * 0.4));
     this.body.all.updateMatrixWorld(true);
     const around = new Box3().setFromObject(this.body.all).getBoundingSphere(new Sphere());
-    around.radius *= 0.82;
+    around.radius *= 0.92;
     if (this.#cone) this.stage.scene.add(this.#cone.all);
     this.stage.look(around);
   }

@@ -28,28 +28,32 @@ function chainOf(kinematics: Kinematics): [ChainAxis, ChainAxis] | null {
   return first && second ? [first, second] : null;
 }
 
-/** The pole within the travel, or null if the tool axis never comes there. */
+/** The pole within the travel, or null if the tool axis never comes there. The tool may point along the axis or against it. */
 export function poleOf(kinematics: Kinematics): Pole | null {
   const chain = chainOf(kinematics);
   if (!chain) return null;
   const [idle, tilting] = chain;
+  const [low, high] = tilting.axis.limits_deg ?? [-180, 180];
   const across = (from: Vector3) => from.clone().projectOnPlane(tilting.direction);
   const tool = across(Z);
-  const least = Math.abs(Z.angleTo(tilting.direction) - idle.direction.angleTo(tilting.direction)) * DEGREES;
-  if (least > REACHED_DEG || tool.lengthSq() < 1e-12) return null;
-  const wanted = across(idle.direction);
-  const angle = Math.atan2(tool.clone().cross(wanted).dot(tilting.direction), tool.dot(wanted)) * DEGREES;
-  const word_deg = Math.round(angle * (tilting.axis.reversed ? -1 : 1) * 1e6) / 1e6 || 0;
-  const [low, high] = tilting.axis.limits_deg ?? [-180, 180];
-  if (word_deg < low || word_deg > high) return null;
-  return { idle: idle.axis, tilting: tilting.axis, word_deg };
+  if (tool.lengthSq() < 1e-12) return null;
+  for (const direction of [idle.direction, idle.direction.clone().negate()]) {
+    const least = Math.abs(Z.angleTo(tilting.direction) - direction.angleTo(tilting.direction)) * DEGREES;
+    if (least > REACHED_DEG) continue;
+    const wanted = across(direction);
+    const angle = Math.atan2(tool.clone().cross(wanted).dot(tilting.direction), tool.dot(wanted)) * DEGREES;
+    const word_deg = Math.round(angle * (tilting.axis.reversed ? -1 : 1) * 1e6) / 1e6 || 0;
+    if (word_deg >= low && word_deg <= high) return { idle: idle.axis, tilting: tilting.axis, word_deg };
+  }
+  return null;
 }
 
-/** The singular direction in the machine, with the axes at these words. */
+/** The singular direction in the machine, with the axes at these words: of both, the one that is nearer to the tool. */
 export function poleDirection(kinematics: Kinematics, words: Words): Vector3 {
   const [idle] = chainOf(kinematics) ?? [];
   const direction = idle?.direction.clone() ?? Z.clone();
-  return idle?.axis.side === "table" ? direction.transformDirection(machineFromTable(kinematics, words)) : direction;
+  if (idle?.axis.side === "table") direction.transformDirection(machineFromTable(kinematics, words));
+  return direction.dot(toolDirection(kinematics, words)) < 0 ? direction.negate() : direction;
 }
 
 /** The direction from the tip along the tool, with the axes at these words. */

@@ -271,7 +271,7 @@ export const en = {
       `The cone shows the singular directions. At ${tilting} ${word}° the tool is parallel to ${idle}. Then ${idle} turns without tilting the tool. The service calls a motion singular within ${zone}°.`,
     fromPole: (angle: string) => `The tool is ${angle}° away from the singular direction.`,
     inPole: (idle: string) => `Singular: the tool is almost parallel to ${idle}.`,
-    noPole: "No singular direction is within the travel of this machine.",
+    noPole: "On this machine the tool never becomes parallel to the rotary axis next to the workpiece.",
     profile: "Profile",
     tools: "Tools",
     revisions: "Revisions",

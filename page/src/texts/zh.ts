@@ -269,7 +269,7 @@ export const zh: Texts = {
       `锥体表示奇异方向。${tilting} 为 ${word}° 时，刀具与 ${idle} 轴平行，此时 ${idle} 转动不改变刀轴方向。夹角小于 ${zone}° 的运动，服务视为奇异。`,
     fromPole: (angle) => `刀具与奇异方向的夹角为 ${angle}°。`,
     inPole: (idle) => `奇异：刀具几乎与 ${idle} 轴平行。`,
-    noPole: "此机床的行程内没有奇异方向。",
+    noPole: "在此机床上，刀具不会与最靠近工件的旋转轴平行。",
     errorsTimes: "放大位置误差",
     profile: "档案",
     tools: "刀具",

@@ -1,1 +1,0 @@
-import{a,b,c,d,e,f}from"./part-S6AVU5U3.js";import"./part-6GWDPOE2.js";import"./part-BJ4XVPCP.js";export{a as ZONE_DEG,e as fromPole_deg,f as nearOf,c as poleDirection,b as poleOf,d as toolDirection};
