@@ -32,7 +32,7 @@ const result = await build({
   jsxImportSource: "preact",
   entryNames: "[name]-[hash]",
   chunkNames: "part-[hash]",
-  loader: { ".nc": "text" },
+  loader: { ".nc": "text", ".apt": "text" },
   metafile: true,
   logLevel: "warning",
 });

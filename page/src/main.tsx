@@ -1,7 +1,7 @@
 // The frame: header, the view of the address, and the foot.
 
 import { render } from "preact";
-import { useEffect } from "preact/hooks";
+import { useEffect, useErrorBoundary } from "preact/hooks";
 import { json } from "./api/client";
 import { useAsked } from "./api/use";
 import { Header } from "./Header";
@@ -22,7 +22,7 @@ import { Wear } from "./views/wear/Wear";
 
 function View() {
   const t = texts.value;
-  const [view, first, second] = place.value.parts;
+  const [view, first, second, third] = place.value.parts;
   useEffect(() => {
     const name = view && view in t.nav ? t.nav[view as "jobs"] : t.nav.overview;
     document.title = `${name} · Trunnion`;
@@ -37,7 +37,7 @@ function View() {
     case "jobs":
       return first ? <JobView key={first} id={first} /> : <Jobs />;
     case "calibrate":
-      return <Calibrate id={first} run={second} />;
+      return <Calibrate id={first} run={second} report={third === "report"} />;
     case "servo":
       return <Servo id={first} />;
     case "wear":
@@ -51,6 +51,30 @@ function View() {
         </Empty>
       );
   }
+}
+
+/** A fault of one view leaves the others. */
+function Guarded() {
+  const t = texts.value.common;
+  const [fault, again] = useErrorBoundary((error) => console.warn(error));
+  const { parts } = place.value;
+  useEffect(() => {
+    if (fault) again();
+  }, [parts]);
+  if (!fault) return <View />;
+  return (
+    <div class="notice bad" role="alert">
+      <p class="title">{t.broken}</p>
+      <p>
+        <code>{String(fault)}</code>
+      </p>
+      <p class="row">
+        <button type="button" onClick={again}>
+          {t.again}
+        </button>
+      </p>
+    </div>
+  );
 }
 
 function Foot() {
@@ -72,7 +96,7 @@ function Page() {
     <>
       <Header />
       <main id="main" tabIndex={-1}>
-        <View />
+        <Guarded />
       </main>
       <Foot />
       <Guide />

@@ -12,7 +12,7 @@ export interface JobFilter {
 
 export const jobs = (filter: JobFilter, signal?: AbortSignal) =>
   json<List<Job>>(`/v1/jobs${query({ ...filter })}`, signal ? { signal } : {});
-export const job = (id: string, signal?: AbortSignal) => json<Job>(`/v1/jobs/${id}`, signal ? { signal } : {});
+export const job = (id: string, signal?: AbortSignal) => json<Job>(`/v1/jobs/${encodeURIComponent(id)}`, signal ? { signal } : {});
 export const cancel = (id: string) => json<Job>(`/v1/jobs/${id}`, { method: "DELETE" });
 
 export async function createJob(request: object, program: File | Blob, name: string, surface?: File | null): Promise<Job> {

@@ -6,6 +6,7 @@ import type { Axis, Vector, Words } from "./types";
 export interface PathRow {
   line: number;
   rapid: boolean;
+  arc: boolean;
   words: Words;
   tip: Vector;
   before: number | null;
@@ -16,6 +17,8 @@ export interface JobPath {
   rows: PathRow[];
   /** Motions that a row stands for at most. */
   together: number;
+  /** Arcs of which only the ends are known. */
+  chords: number;
 }
 
 /** Where the words of the axes begin, and where the tip does. */
@@ -34,11 +37,13 @@ export async function jobPath(id: string, signal: AbortSignal): Promise<JobPath>
     return {
       line: Number(cells[0]),
       rapid: cells[1] === "rapid",
+      arc: cells[1] === "arc",
       words: Object.fromEntries(letters.map((letter, index) => [letter, number(WORDS + index)])) as Words,
       tip: [Number(cells[TIP]), Number(cells[TIP + 1]), Number(cells[TIP + 2])],
       before: number(ERRORS),
       after: number(ERRORS + 1),
     };
   });
-  return { rows, together };
+  const isChord = (row: PathRow, at: number) => row.arc && [at - 1, at + 1].every((beside) => rows[beside]?.line !== row.line);
+  return { rows, together, chords: together > 1 ? 0 : rows.filter(isChord).length };
 }

@@ -380,6 +380,15 @@ export interface Scallop {
   max_stepover_mm?: number | null;
 }
 
+export interface Advice {
+  advice: "keep" | "compensate" | "reduce-stepover" | "change-tool";
+  detail: string;
+  stepover_mm?: number | null;
+  min_tool_radius_mm?: number | null;
+  residual_before_um?: number | null;
+  residual_after_um?: number | null;
+}
+
 export interface Delivery {
   delivery?: { state: string; attempts: number; next_attempt_at?: string | null } | null;
   items: { started_at: string; outcome: string; detail: string; status?: number | null }[];

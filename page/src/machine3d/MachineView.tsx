@@ -2,10 +2,12 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Axis, Kinematics, Words } from "../api/types";
+import { fixed } from "../parts/format";
 import { Slider } from "../parts/parts";
 import { isDark } from "../settings/theme";
 import { texts } from "../texts";
 import type { MachineScene } from "./machineScene";
+import type { Near } from "./singular";
 
 const LINEAR: ("X" | "Y" | "Z")[] = ["X", "Y", "Z"];
 const REACH = 140;
@@ -18,6 +20,7 @@ export function MachineView({ kinematics }: { kinematics: Kinematics }) {
   const [words, setWords] = useState<Words>(REST);
   const [magnified, setMagnified] = useState(0);
   const [failed, setFailed] = useState(false);
+  const [near, setNear] = useState<Near | null>(null);
   const dark = isDark.value;
   useEffect(() => {
     let made: MachineScene | null = null;
@@ -38,6 +41,13 @@ export function MachineView({ kinematics }: { kinematics: Kinematics }) {
     };
   }, [kinematics, dark]);
   useEffect(() => scene.current?.pose(words, magnified), [words, magnified]);
+  useEffect(() => {
+    let wanted = true;
+    void import("./singular").then(({ nearOf }) => wanted && setNear(nearOf(kinematics, words)));
+    return () => {
+      wanted = false;
+    };
+  }, [kinematics, words]);
   const set = (axis: Axis) => (value: number) => setWords((old) => ({ ...old, [axis]: value }));
   const hasErrors = kinematics.rotary_axes.some((axis) => Object.values(axis.location_error ?? {}).some((value) => value !== 0));
   return (
@@ -91,10 +101,26 @@ export function MachineView({ kinematics }: { kinematics: Kinematics }) {
             {magnified > 0 && <p class="hint">{t.machines.magnify(magnified)}</p>}
           </>
         )}
+        {near && <Singular near={near} />}
         <button type="button" onClick={() => setWords(REST)}>
           {t.machines.zero}
         </button>
       </div>
+    </div>
+  );
+}
+
+/** What the cone in the picture says, in words. */
+function Singular({ near: { pole, angle_deg, zone_deg } }: { near: Near }) {
+  const t = texts.value.machines;
+  if (!pole) return <p class="hint">{t.noPole}</p>;
+  const word = fixed(pole.word_deg, 1);
+  return (
+    <div class="singular" data-name="pole">
+      <p class={angle_deg < zone_deg ? "warn" : "hint"} role="status">
+        {angle_deg < zone_deg ? t.inPole(pole.idle.name) : t.fromPole(fixed(angle_deg, 1))}
+      </p>
+      <p class="hint">{t.pole(pole.tilting.name, word, pole.idle.name, zone_deg)}</p>
     </div>
   );
 }

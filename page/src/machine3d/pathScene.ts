@@ -4,24 +4,22 @@ import { Box3, Sphere, Vector3 } from "three";
 import { Body, type Cutter } from "./body";
 import { axesOf, machineFromTable } from "./chain";
 import type { Pose, Way } from "./poses";
-import { Stage } from "./stage";
+import type { Stage } from "./stage";
 import { Trail } from "./trail";
 
 export class PathScene {
-  readonly stage: Stage;
   readonly #body: Body;
   readonly #trail: Trail;
   readonly #sphere: Sphere;
   #divider = 0.5;
 
   constructor(
-    place: HTMLElement,
+    readonly stage: Stage,
     readonly poses: Pose[],
     readonly way: Way,
     top: number,
     cutter: Cutter,
   ) {
-    this.stage = new Stage(place);
     const offset = new Vector3(...(way.offset as [number, number, number]));
     const extent = new Box3().setFromPoints(poses.filter((pose) => !pose.rapid).map((pose) => pose.tip));
     if (extent.isEmpty()) extent.setFromPoints(poses.map((pose) => pose.tip));
@@ -78,8 +76,10 @@ export class PathScene {
     }
   }
 
+  /** Leaves the stage empty. */
   end(): void {
-    this.stage.end();
+    this.stage.passes = null;
+    this.stage.scene.remove(this.#body.all);
   }
 }
 

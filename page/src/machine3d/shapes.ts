@@ -13,7 +13,7 @@ import {
   LineDashedMaterial,
   LineSegments,
   Mesh,
-  MeshStandardMaterial,
+  MeshLambertMaterial,
   SRGBColorSpace,
   Sprite,
   SpriteMaterial,
@@ -29,10 +29,8 @@ export interface Paint {
 
 /** A body with its edges. */
 export function solid(geometry: BufferGeometry, { body, opacity = 1 }: Paint): Group {
-  const material = new MeshStandardMaterial({
+  const material = new MeshLambertMaterial({
     color: colour(body),
-    roughness: 0.85,
-    metalness: 0.05,
     transparent: opacity < 1,
     opacity,
     polygonOffset: true,

@@ -1,6 +1,6 @@
 // The tool path as a coloured line, once with the deviation before and once with the deviation after.
 
-import { Color, Group, SRGBColorSpace, Vector3 } from "three";
+import { Color, Group, SRGBColorSpace } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
@@ -30,16 +30,17 @@ export class Trail {
 }
 
 function segments(cuts: { from: Pose; to: Pose }[], paint: (pose: Pose) => [number, number, number], width: number): LineSegments2 {
-  const places: number[] = [];
-  const colours: number[] = [];
-  const kept = new Vector3();
+  // Two ends of three numbers each.
+  const places = new Float32Array(6 * cuts.length);
+  const colours = new Float32Array(6 * cuts.length);
   const mixed = new Color();
-  for (const { from, to } of cuts) {
-    kept.copy(from.tip);
-    places.push(kept.x, kept.y, kept.z, to.tip.x, to.tip.y, to.tip.z);
+  cuts.forEach(({ from, to }, index) => {
+    from.tip.toArray(places, 6 * index);
+    to.tip.toArray(places, 6 * index + 3);
     mixed.setRGB(...paint(to), SRGBColorSpace);
-    for (let end = 0; end < 2; end += 1) colours.push(mixed.r, mixed.g, mixed.b);
-  }
+    mixed.toArray(colours, 6 * index);
+    mixed.toArray(colours, 6 * index + 3);
+  });
   const geometry = new LineSegmentsGeometry();
   if (places.length > 0) geometry.setPositions(places).setColors(colours);
   const line = new LineSegments2(geometry, new LineMaterial({ linewidth: width, vertexColors: true }));

@@ -16,6 +16,9 @@ export function short(value: number): string {
   return fixed(value, size >= 100 ? 1 : size >= 0.1 ? 2 : 3);
 }
 
+/** With a capital and a full stop: texts of the service are often without. */
+export const sentence = (text: string) => `${text.charAt(0).toUpperCase()}${text.slice(1)}${/[.!?]$/.test(text) ? "" : "."}`;
+
 export const whole = (value: number) => value.toLocaleString("en").replaceAll(",", "\u202f");
 
 export function day(time: string): string {
@@ -31,6 +34,9 @@ export function moment(time: string): string {
     minute: "2-digit",
   });
 }
+
+/** The time at this place, as a field for times has it. */
+export const hereAndNow = () => new Date(Date.now() - new Date().getTimezoneOffset() * 60_000).toISOString().slice(0, 16);
 
 export const daysSince = (time: string, now = Date.now()) => Math.floor((now - Date.parse(time)) / 86_400_000);
 

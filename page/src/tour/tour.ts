@@ -10,7 +10,8 @@ import blade from "../../../docs/examples/blade.nc";
 /** The step, from 1; 0 if there is no tour. */
 export const step = signal(0);
 export const STEPS = 5;
-const EXAMPLE = "example-ac-table";
+/** The machine that a new service has. */
+export const EXAMPLE = "example-ac-table";
 
 let machine = EXAMPLE;
 
@@ -30,7 +31,7 @@ export async function startTour(): Promise<void> {
 }
 
 /** The machine that a new service has, or else any with A and C tables, or else a new one. */
-export async function exampleMachine(): Promise<string> {
+async function exampleMachine(): Promise<string> {
   const { items } = await machines();
   const fits = items.filter((one) => one.kinematics.rotary_axes.map(({ name, side }) => name + side).join() === "Atable,Ctable");
   const found = fits.find((one) => one.machine_id === EXAMPLE) ?? fits[0];

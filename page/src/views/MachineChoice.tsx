@@ -4,14 +4,31 @@ import type { ComponentChildren } from "preact";
 import { machines as allMachines } from "../api/machines";
 import type { Machine } from "../api/types";
 import { useAsked } from "../api/use";
-import { Empty, Field, Got } from "../parts/parts";
-import { go } from "../router";
+import { Choice } from "../parts/Form";
+import { Empty, Got } from "../parts/parts";
+import { go, to } from "../router";
 import { texts } from "../texts";
 
 interface Props {
   view: string;
   chosen: string | undefined;
   children: (machine: Machine) => ComponentChildren;
+}
+
+/** Machines to choose from: their names, with their ids. */
+export const namesOf = (machines: Machine[]) =>
+  machines.map(({ machine_id, name }) => [machine_id, `${name} (${machine_id})`] as const);
+
+/** Said where nothing can be done without a machine. */
+export function NoMachine() {
+  const t = texts.value;
+  return (
+    <Empty what={t.overview.noMachines}>
+      <a class="button" href={to("machines", "+")}>
+        {t.machines.add}
+      </a>
+    </Empty>
+  );
 }
 
 /** Without a machine in the address: one that is in use, else the first. */
@@ -22,20 +39,17 @@ export function MachineChoice({ view, chosen, children }: Props) {
     <Got asked={asked}>
       {({ items }) => {
         const machine = items.find((one) => one.machine_id === chosen) ?? items[0];
-        if (!machine) return <Empty what={t.overview.noMachines} />;
+        if (!machine) return <NoMachine />;
         return (
           <>
             {items.length > 1 && (
               <div class="fields choice noprint">
-                <Field label={t.common.machine}>
-                  <select value={machine.machine_id} onChange={(event) => go(view, event.currentTarget.value)}>
-                    {items.map((one) => (
-                      <option key={one.machine_id} value={one.machine_id}>
-                        {one.name} ({one.machine_id})
-                      </option>
-                    ))}
-                  </select>
-                </Field>
+                <Choice
+                  label={t.common.machine}
+                  value={machine.machine_id}
+                  set={(next) => go(view, next)}
+                  options={namesOf(items)}
+                />
               </div>
             )}
             {children(machine)}

@@ -22,6 +22,8 @@ export function Apply({ tagged, run, again }: Props) {
   const doing = useDoing();
   const [done, setDone] = useState<number | null>(null);
   const isApplied = tagged.calibration === run.id;
+  // Ids grow with time: one that is smaller was stored earlier.
+  const isEarlier = tagged.calibration !== null && run.id < tagged.calibration;
   // A large change is refused once; then the person confirms it knowingly.
   const large = doing.problem !== null && /confirm/.test(JSON.stringify(doing.problem));
   useEffect(() => () => dialog.current?.close(), []);
@@ -49,8 +51,8 @@ export function Apply({ tagged, run, again }: Props) {
           {t.done(done)}
         </p>
       )}
-      <button type="button" class={isApplied ? "" : "primary"} disabled={isApplied} onClick={() => dialog.current?.showModal()}>
-        {isApplied ? t.applied : tagged.calibration ? t.applyAgain : t.apply}
+      <button type="button" class={isApplied ? "noprint" : "primary noprint"} disabled={isApplied} onClick={() => dialog.current?.showModal()}>
+        {isApplied ? t.applied : isEarlier ? t.applyAgain : t.apply}
       </button>
       <dialog ref={dialog} aria-labelledby="applytitle">
         <h2 id="applytitle">{t.applyTitle}</h2>

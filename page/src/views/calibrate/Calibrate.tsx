@@ -4,16 +4,25 @@ import { useAsked } from "../../api/use";
 import { day } from "../../parts/format";
 import { Num } from "../../parts/Num";
 import { Card, Empty, Got, Head } from "../../parts/parts";
+import { Table } from "../../parts/Table";
 import { to } from "../../router";
 import { texts } from "../../texts";
 import { MachineChoice } from "../MachineChoice";
+import { ReportView } from "./ReportView";
 import { RunView } from "./RunView";
 import { TrendCard } from "./TrendCard";
-import { Upload } from "./Upload";
+import { NewRun } from "./NewRun";
 
-export function Calibrate({ id, run }: { id: string | undefined; run: string | undefined }) {
+interface Props {
+  id: string | undefined;
+  run: string | undefined;
+  /** Whether its report is shown. */
+  report: boolean;
+}
+
+export function Calibrate({ id, run, report }: Props) {
   const t = texts.value.calibrate;
-  if (id && run) return <RunView id={id} run={run} />;
+  if (id && run) return report ? <ReportView id={id} run={run} /> : <RunView id={id} run={run} />;
   return (
     <>
       <Head title={t.title} lead={t.lead} />
@@ -35,56 +44,41 @@ function Runs({ machine }: { machine: Machine }) {
     <Got asked={asked}>
       {({ runs, applied }) => (
         <>
-          <Card tools={null}>
+          <Card>
             {runs.length === 0 ? (
               <Empty what={t.none} cure={t.noneCure} />
             ) : (
-              <div class="scroll" tabIndex={0} role="region" aria-label={t.title}>
-                <table class="list">
-                  <thead>
-                    <tr>
-                      <th scope="col">{t.measured}</th>
-                      <th scope="col">{t.kind}</th>
-                      <th scope="col">{t.instrument}</th>
-                      <th scope="col">{t.operator}</th>
-                      <th scope="col" class="right">
-                        {t.temperature}
-                      </th>
-                      <th scope="col" class="right">
-                        {t.rank}
-                      </th>
-                      <th scope="col" class="right">
-                        {t.residual}
-                      </th>
-                    </tr>
-                  </thead>
-                  <tbody>
-                    {runs.map((run) => (
-                      <tr key={run.id} data-run={run.id}>
-                        <td class="nowrap">
-                          <a href={to("calibrate", id, run.id)}>{day(run.measured_at)}</a>{" "}
-                          {run.id === applied && <span class="badge ok">{t.applied}</span>}
-                        </td>
-                        <td>{t.kinds[run.kind]}</td>
-                        <td>{run.instrument ?? "–"}</td>
-                        <td>{run.operator ?? "–"}</td>
-                        <td class="right">
-                          <Num value={run.temperature_c} unit="°C" text={(value) => value.toFixed(1)} />
-                        </td>
-                        <td class="num right">
-                          {run.rank} / {run.unknowns}
-                        </td>
-                        <td class="right">
-                          <Num value={run.residual_rms_um} unit="µm" />
-                        </td>
-                      </tr>
-                    ))}
-                  </tbody>
-                </table>
-              </div>
+              <Table
+                label={t.title}
+                rows={runs}
+                keyOf={(run) => run.id}
+                data="run"
+                columns={[
+                  {
+                    head: t.measured,
+                    cell: (run) => (
+                      <>
+                        <a href={to("calibrate", id, run.id)}>{day(run.measured_at)}</a>{" "}
+                        {run.id === applied && <span class="badge ok">{t.applied}</span>}
+                      </>
+                    ),
+                    class: "nowrap",
+                  },
+                  { head: t.kind, cell: (run) => t.kinds[run.kind] },
+                  { head: t.instrument, cell: (run) => run.instrument ?? "–" },
+                  { head: t.operator, cell: (run) => run.operator ?? "–" },
+                  {
+                    head: t.temperature,
+                    cell: (run) => <Num value={run.temperature_c} unit="°C" text={(value) => value.toFixed(1)} />,
+                    class: "right",
+                  },
+                  { head: t.rank, cell: (run) => `${run.rank} / ${run.unknowns}`, class: "num right" },
+                  { head: t.residual, cell: (run) => <Num value={run.residual_rms_um} unit="µm" />, class: "right" },
+                ]}
+              />
             )}
-            <Upload id={id} />
           </Card>
+          <NewRun machine={machine} />
           {runs.length > 1 && runs[0] && <TrendCard machine={machine} run={runs[0]} applied={applied} />}
         </>
       )}

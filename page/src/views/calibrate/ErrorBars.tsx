@@ -3,6 +3,7 @@
 import type { Calibration, Estimate, Machine } from "../../api/types";
 import { Num } from "../../parts/Num";
 import { Card } from "../../parts/parts";
+import { Table } from "../../parts/Table";
 import { texts } from "../../texts";
 
 const WIDTH = 360;
@@ -60,46 +61,24 @@ function Bars({ title, hint, beside, rows, shown }: BarsProps) {
   const t = texts.value.calibrate;
   return (
     <Card title={title} hint={hint}>
-      <div class="scroll" tabIndex={0} role="region" aria-label={title}>
-        <table class="list numeric bars">
-          <thead>
-            <tr>
-              <th scope="col">{t.error}</th>
-              <th scope="col" class="right">
-                {t.value}
-              </th>
-              <th scope="col" class="right">
-                {t.uncertainty}
-              </th>
-              <th scope="col" class="right">
-                {beside}
-              </th>
-              <th scope="col">
-                <span class="hidden">{title}</span>
-              </th>
-            </tr>
-          </thead>
-          <tbody>
-            {rows.map((row) => (
-              <tr key={row.name} data-error={row.name}>
-                <th scope="row">{row.name}</th>
-                <td class="right">
-                  <Num value={row.value} unit={row.unit} />
-                </td>
-                <td class="right">
-                  <Num value={row.twice} unit={row.unit} />
-                </td>
-                <td class="right">
-                  <Num value={shown(row)} unit={row.unit} />
-                </td>
-                <td class="bar">
-                  <Bar row={row} reach={reachOf(rows, row.unit)} />
-                </td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      </div>
+      <Table
+        label={title}
+        class="list numeric bars"
+        rows={rows}
+        keyOf={(row) => row.name}
+        data="error"
+        columns={[
+          { head: t.error, cell: (row) => row.name, names: true },
+          { head: t.value, cell: (row) => <Num value={row.value} unit={row.unit} />, class: "right" },
+          { head: t.uncertainty, cell: (row) => <Num value={row.twice} unit={row.unit} />, class: "right" },
+          { head: beside, cell: (row) => <Num value={shown(row)} unit={row.unit} />, class: "right" },
+          {
+            head: <span class="hidden">{title}</span>,
+            cell: (row) => <Bar row={row} reach={reachOf(rows, row.unit)} />,
+            class: "bar",
+          },
+        ]}
+      />
     </Card>
   );
 }

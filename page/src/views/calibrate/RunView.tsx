@@ -4,6 +4,7 @@ import { machine as machineOf, machinePath } from "../../api/machines";
 import type { Calibration } from "../../api/types";
 import { useAsked, useDoing } from "../../api/use";
 import { moment } from "../../parts/format";
+import { Facts } from "../../parts/Facts";
 import { Figure } from "../../parts/Figure";
 import { Num } from "../../parts/Num";
 import { Card, Got, Head } from "../../parts/parts";
@@ -16,7 +17,7 @@ import { Residuals } from "./Residuals";
 
 export function RunView({ id, run }: { id: string; run: string }) {
   const t = texts.value.calibrate;
-  const path = `${machinePath(id)}/calibrations/${run}`;
+  const path = `${machinePath(id)}/calibrations/${encodeURIComponent(run)}`;
   const asked = useAsked(
     async (signal) => {
       const [calibration, tagged] = await Promise.all([json<Calibration>(path, { signal }), machineOf(id, signal)]);
@@ -37,21 +38,24 @@ export function RunView({ id, run }: { id: string; run: string }) {
               lead={[tagged.machine.name, calibration.instrument, calibration.operator].filter(Boolean).join(" · ")}
             >
               {tagged.calibration === run && <span class="badge ok">{t.applied}</span>}
-              <Report path={path} run={run} />
+              <Report id={id} path={path} run={run} />
             </Head>
             <div class="grid">
-              <Facts run={calibration} />
+              <Values run={calibration} />
               <Apply tagged={tagged} run={calibration} again={asked.again} />
               <Exports path={path} run={calibration} />
               <Blind run={calibration} />
             </div>
             <ErrorBars run={calibration} machine={tagged.machine} />
-            {calibration.eccentricities_um && (
-              <Card title={t.eccentricities}>
-                <Figure path={`${path}?plot=eccentricities`} alt={t.eccentricities} />
-              </Card>
-            )}
-            {calibration.tests && calibration.tests.length > 0 && <Residuals path={path} tests={calibration.tests} />}
+            <div class="figures">
+              {calibration.eccentricities_um && (
+                <Card title={t.eccentricities}>
+                  <Figure path={`${path}?plot=eccentricities`} alt={t.eccentricities} />
+                </Card>
+              )}
+              {calibration.tests && calibration.tests.length > 0 && <Residuals path={path} tests={calibration.tests} />}
+            </div>
+            <Provenance run={calibration} />
           </>
         )}
       </Got>
@@ -59,19 +63,17 @@ export function RunView({ id, run }: { id: string; run: string }) {
   );
 }
 
-/** The printed report. With a key it is saved, because the address alone does not open it. */
-function Report({ path, run }: { path: string; run: string }) {
+/** The printed report. With a key its address alone does not open it, so the page shows it. */
+function Report({ id, path, run }: { id: string; path: string; run: string }) {
   const t = texts.value.calibrate;
-  if (!key.value)
-    return (
-      <a class="button noprint" href={path} target="_blank" rel="noreferrer">
-        {t.report}
-      </a>
-    );
-  return (
-    <button type="button" class="noprint" onClick={() => void download(path, "text/html", `${run}.html`)}>
+  return key.value ? (
+    <a class="button noprint report" href={to("calibrate", id, run, "report")}>
       {t.report}
-    </button>
+    </a>
+  ) : (
+    <a class="button noprint report" href={path} target="_blank" rel="noreferrer">
+      {t.report}
+    </a>
   );
 }
 
@@ -100,40 +102,38 @@ function Exports({ path, run }: { path: string; run: Calibration }) {
   );
 }
 
-function Facts({ run }: { run: Calibration }) {
+function Values({ run }: { run: Calibration }) {
   const t = texts.value.calibrate;
   return (
     <Card title={texts.value.result.values}>
-      <dl class="facts">
-        <div data-row="residual_rms_um">
-          <dt>{t.residual}</dt>
-          <dd>
-            <Num value={run.residual_rms_um} unit="µm" />
-          </dd>
-        </div>
-        <div>
-          <dt>{t.rank}</dt>
-          <dd class="num">
-            {run.rank} / {run.unknowns}
-          </dd>
-        </div>
-        <div>
-          <dt>{t.condition}</dt>
-          <dd>
-            <Num value={run.condition_number} />
-          </dd>
-        </div>
-        <div>
-          <dt>{t.temperature}</dt>
-          <dd>
-            <Num value={run.temperature_c} unit="°C" text={(value) => value.toFixed(1)} />
-          </dd>
-        </div>
-      </dl>
+      <Facts
+        facts={[
+          { row: "residual_rms_um", name: t.residual, value: <Num value={run.residual_rms_um} unit="µm" /> },
+          { name: t.rank, value: `${run.rank} / ${run.unknowns}` },
+          { name: t.condition, value: <Num value={run.condition_number} /> },
+          { name: t.temperature, value: <Num value={run.temperature_c} unit="°C" text={(value) => value.toFixed(1)} /> },
+        ]}
+      />
       {run.note && <p class="hint">{run.note}</p>}
-      <p class="hint">
-        {texts.value.common.revision(run.machine_revision)} · <code>{run.id}</code>
-      </p>
+    </Card>
+  );
+}
+
+/** Where the numbers come from: on paper they are of no use without it. */
+function Provenance({ run }: { run: Calibration }) {
+  const t = texts.value;
+  return (
+    <Card title={t.result.provenance} class="provenance">
+      <Facts
+        class="wide"
+        facts={[
+          { name: t.calibrate.run, value: <code>{run.id}</code> },
+          { name: t.common.machine, value: `${run.machine_id}, ${t.common.revision(run.machine_revision)}` },
+          { name: t.calibrate.stored, value: moment(run.created_at) },
+          { name: t.result.software, value: `Trunnion ${run.software_version}` },
+          { name: t.calibrate.digest, value: <code>{run.run_sha256}</code>, long: true },
+        ]}
+      />
     </Card>
   );
 }
@@ -142,7 +142,7 @@ function Blind({ run }: { run: Calibration }) {
   const t = texts.value.calibrate;
   if (run.blind.length === 0 && run.warnings.length === 0) return null;
   return (
-    <Card title={run.blind.length > 0 ? t.cannot : t.warnings}>
+    <Card title={run.blind.length > 0 ? t.cannot : t.warnings} class="blind">
       <ul class="warnings">
         {run.blind.map((blind) => (
           <li key={blind.words}>

@@ -6,15 +6,18 @@ import { cancel, createJob, follow } from "../../api/jobs";
 import { machines as allMachines, tools as toolsOf } from "../../api/machines";
 import type { Job, Tool } from "../../api/types";
 import { problemOf, useAsked, useDoing } from "../../api/use";
+import { usePictures } from "../../machine3d/ready";
 import { Got, Head, State } from "../../parts/parts";
+import { NoMachine } from "../MachineChoice";
 import { ProblemBox } from "../../parts/Problem";
 import { to } from "../../router";
 import { texts } from "../../texts";
 import { JobResult } from "../result/JobResult";
 import { ProgramText } from "../result/ProgramText";
-import { keepSource, SHOWN_MB } from "../result/sources";
+import { keepSource } from "../result/sources";
+import { ofFile, Text } from "../result/text";
 import { Drop } from "./Drop";
-import { Form } from "./Form";
+import { ProgramForm } from "./ProgramForm";
 import { EMPTY, type Entered, faultsOf, requestOf } from "./request";
 
 /** What is filled in stays while other views are looked at. */
@@ -30,6 +33,7 @@ interface Way {
 
 export function Compensate() {
   const t = texts.value.compensate;
+  usePictures();
   const asked = useAsked((stop) => allMachines(stop), []);
   const doing = useDoing();
   const [way, setWay] = useState<Way | null>(null);
@@ -63,8 +67,8 @@ export function Compensate() {
       done.value = null;
       setWay({ state: "sending", progress: 0 });
       try {
-        await keepSource(file, file.name);
         const made = await createJob(requestOf(now), file, file.name, surface.value);
+        keepSource(made.input_sha256, file);
         setRunning(made.id);
         const ended = await follow(
           made.id,
@@ -96,56 +100,60 @@ export function Compensate() {
         )}
       </Head>
       <Got asked={asked}>
-        {() => (
-          <form
-            class="compensate noprint"
-            onSubmit={(event) => {
-              event.preventDefault();
-              start();
-            }}
-          >
-            <div class="column">
-              <Drop
-                file={program.value}
-                choose={(file) => {
-                  program.value = file;
-                  done.value = null;
-                  doing.clear();
-                  setHint("");
-                }}
-              />
-              <div class="go">
-                <button type="submit" class="primary large" disabled={doing.busy}>
-                  {t.start}
-                </button>
-                {hint && (
-                  <p class="fault" role="alert">
-                    {hint}
-                  </p>
-                )}
-                {way && <Progress way={way} />}
-                {running && (
-                  <button type="button" onClick={() => void cancel(running).catch((fault) => problemOf(fault))}>
-                    {texts.value.common.cancel}
+        {() =>
+          items.length === 0 ? (
+            <NoMachine />
+          ) : (
+            <form
+              class="compensate noprint"
+              onSubmit={(event) => {
+                event.preventDefault();
+                start();
+              }}
+            >
+              <div class="column">
+                <Drop
+                  file={program.value}
+                  choose={(file) => {
+                    program.value = file;
+                    done.value = null;
+                    doing.clear();
+                    setHint("");
+                  }}
+                />
+                <div class="go">
+                  <button type="submit" class="primary large" disabled={doing.busy}>
+                    {t.start}
                   </button>
-                )}
+                  {hint && (
+                    <p class="fault" role="alert">
+                      {hint}
+                    </p>
+                  )}
+                  {way && <Progress way={way} />}
+                  {running && (
+                    <button type="button" onClick={() => void cancel(running).catch((fault) => problemOf(fault))}>
+                      {texts.value.common.cancel}
+                    </button>
+                  )}
+                </div>
+                {refusal && <ProblemBox problem={refusal} />}
+                {refusal?.line && program.value && <Where file={program.value} line={refusal.line} />}
               </div>
-              {refusal && <ProblemBox problem={refusal} />}
-              {refusal?.line && program.value && <Where file={program.value} line={refusal.line} />}
-            </div>
-            <div class="column">
-              <Form
-                entered={{ ...entered.value, machine }}
-                set={set}
-                machines={items}
-                tools={tools}
-                faults={faultsOf(refusal)}
-                surface={surface.value}
-                setSurface={(file) => (surface.value = file)}
-              />
-            </div>
-          </form>
-        )}
+              <div class="column">
+                <ProgramForm
+                  entered={{ ...entered.value, machine }}
+                  set={set}
+                  machines={items}
+                  tools={tools}
+                  faults={faultsOf(refusal)}
+                  surface={surface.value}
+                  setSurface={(file) => (surface.value = file)}
+                />
+              </div>
+            </form>
+          )
+        }
       </Got>
       <div ref={result} class="results" aria-live="polite">
         {job?.state === "succeeded" && (
@@ -177,11 +185,11 @@ function Progress({ way }: { way: Way }) {
 
 /** The refused program at the line of its fault. */
 function Where({ file, line }: { file: File; line: number }) {
-  const asked = useAsked(async () => (file.size > SHOWN_MB * 1e6 ? "" : file.text()), [file]);
+  const asked = useAsked((signal) => Text.of(ofFile(file), signal), [file]);
   if (!asked.data) return null;
   return (
     <div class="where">
-      <ProgramText label={file.name} lines={asked.data.split(/\r?\n/)} focus={[line, line]} />
+      <ProgramText label={file.name} text={asked.data} focus={[line, line]} />
     </div>
   );
 }

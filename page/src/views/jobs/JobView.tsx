@@ -5,6 +5,7 @@ import { json } from "../../api/client";
 import { cancel, follow, isOver, job as jobOf } from "../../api/jobs";
 import type { Delivery, Job, List } from "../../api/types";
 import { useAsked, useDoing } from "../../api/use";
+import { usePictures } from "../../machine3d/ready";
 import { moment, seconds } from "../../parts/format";
 import { Card, Got, Head, State } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
@@ -14,6 +15,7 @@ import { JobResult } from "../result/JobResult";
 import { Provenance } from "../result/Notes";
 
 export function JobView({ id }: { id: string }) {
+  usePictures(0);
   const asked = useAsked((signal) => jobOf(id, signal), [id]);
   return <Got asked={asked}>{(job) => <Followed key={job.id} first={job} />}</Got>;
 }

@@ -5,7 +5,9 @@ import { jobs as jobsOf } from "../../api/jobs";
 import { machines as allMachines } from "../../api/machines";
 import { OPERATIONS, STATES } from "../../api/types";
 import { useAsked } from "../../api/use";
-import { Card, Empty, Field, Got, Head } from "../../parts/parts";
+import { usePictures } from "../../machine3d/ready";
+import { Choice, TextField } from "../../parts/Form";
+import { Card, Empty, Got, Head } from "../../parts/parts";
 import { texts } from "../../texts";
 import { JobTable } from "./JobTable";
 
@@ -14,6 +16,7 @@ const PAGE = 50;
 
 export function Jobs() {
   const t = texts.value;
+  usePictures();
   const [filter, setFilter] = useState({ state: "", operation: "", machine_id: "", external_id: "" });
   const [cursors, setCursors] = useState<string[]>([]);
   const cursor = cursors.at(-1);
@@ -31,16 +34,7 @@ export function Jobs() {
     setFilter({ ...filter, ...change });
   };
   const choice = (label: string, name: "state" | "operation" | "machine_id", options: [string, string][]) => (
-    <Field label={label}>
-      <select value={filter[name]} onChange={(event) => set({ [name]: event.currentTarget.value })}>
-        <option value="">{t.jobs.all}</option>
-        {options.map(([value, words]) => (
-          <option key={value} value={value}>
-            {words}
-          </option>
-        ))}
-      </select>
-    </Field>
+    <Choice label={label} value={filter[name]} set={(value) => set({ [name]: value })} options={[["", t.jobs.all], ...options]} />
   );
   return (
     <>
@@ -50,9 +44,13 @@ export function Jobs() {
           {choice(t.common.state, "state", STATES.map((state) => [state, t.states[state]]))}
           {choice(t.jobs.operation, "operation", OPERATIONS.map((operation) => [operation, t.operations[operation]]))}
           {choice(t.common.machine, "machine_id", (machines.data?.items ?? []).map((one) => [one.machine_id, one.machine_id]))}
-          <Field label={t.jobs.reference} hint={t.jobs.referenceHint}>
-            <input type="search" value={filter.external_id} onChange={(event) => set({ external_id: event.currentTarget.value })} />
-          </Field>
+          <TextField
+            label={t.jobs.reference}
+            hint={t.jobs.referenceHint}
+            type="search"
+            value={filter.external_id}
+            set={(external_id) => set({ external_id })}
+          />
         </div>
         <Got asked={asked}>
           {({ items, next_cursor }) => (

@@ -3,9 +3,8 @@
 import { useState } from "preact/hooks";
 import { profileOf, putMachine, type Tagged } from "../../api/machines";
 import type { Kinematics, RotaryAxis, Vector } from "../../api/types";
-import { useDoing } from "../../api/use";
-import { NumberInput, read } from "../../parts/parts";
-import { ProblemBox } from "../../parts/Problem";
+import { Form, PointField } from "../../parts/Form";
+import { read } from "../../parts/parts";
 import { texts } from "../../texts";
 
 interface Typed {
@@ -46,7 +45,6 @@ export function AxesForm({ tagged, preview, again }: Props) {
   const t = texts.value.machines;
   const { machine, tag } = tagged;
   const axes = machine.kinematics.rotary_axes;
-  const doing = useDoing();
   const [all, setAll] = useState(axes.map(typed));
   const kinematicsOf = (of: Typed[]): Kinematics => ({
     ...machine.kinematics,
@@ -59,64 +57,45 @@ export function AxesForm({ tagged, preview, again }: Props) {
     // A direction of no length has no line.
     if (lines.rotary_axes.every(({ direction }) => direction.some((part) => part !== 0))) preview(lines);
   };
-  const numbers = (index: number, name: "direction" | "point" | "limits", label: string, letters: string[], unit?: string) => (
-    <div class="field" role="group" aria-label={label}>
-      <span class="label">{label}</span>
-      <div class={letters.length === 3 ? "triple" : "double"}>
-        {letters.map((letter, at) => (
-          <NumberInput
-            key={letter}
-            label={`${axes[index]?.name} ${label} ${letter}`}
-            placeholder={letter}
-            value={all[index]?.[name][at] ?? ""}
-            set={(value) => set(index, { [name]: (all[index]?.[name] ?? []).map((old, k) => (k === at ? value : old)) })}
-            {...(unit ? { unit } : {})}
-          />
-        ))}
-      </div>
-    </div>
-  );
+  const send = async () => {
+    await putMachine(machine.machine_id, { ...profileOf(machine), kinematics: kinematicsOf(all) }, tag);
+    again();
+  };
   return (
     <details>
       <summary>{t.editAxes}</summary>
-      <form
-        class="axesform"
-        onSubmit={(event) => {
-          event.preventDefault();
-          doing.run(async () => {
-            await putMachine(machine.machine_id, { ...profileOf(machine), kinematics: kinematicsOf(all) }, tag);
-            again();
-          });
-        }}
-      >
-        {axes.map((axis, index) => (
-          <fieldset class="bare" key={axis.name}>
-            <legend>
-              {t.axis} {axis.name}
-            </legend>
-            {numbers(index, "direction", t.direction, ["x", "y", "z"])}
-            {numbers(index, "point", t.point, ["X", "Y", "Z"], "mm")}
-            {numbers(index, "limits", t.limits, ["−", "+"], "°")}
-            <label class="check">
-              <input
-                type="checkbox"
-                checked={all[index]?.reversed ?? false}
-                onChange={(event) => set(index, { reversed: event.currentTarget.checked })}
-              />
-              <span>{t.reversed}</span>
-            </label>
-          </fieldset>
-        ))}
-        <button type="submit" disabled={doing.busy}>
-          {texts.value.common.save}
-        </button>
-      </form>
-      {doing.problem && (
-        <>
-          {doing.problem.status === 412 && <p class="fault">{t.stale}</p>}
-          <ProblemBox problem={doing.problem} />
-        </>
-      )}
+      <Form send={send} class="axesform" stale={t.stale}>
+        {axes.map((axis, index) => {
+          const numbers = (name: "direction" | "point" | "limits", label: string, letters: string[], unit?: string) => (
+            <PointField
+              label={label}
+              of={`${axis.name} ${label}`}
+              letters={letters}
+              value={all[index]?.[name] ?? []}
+              set={(value) => set(index, { [name]: value })}
+              {...(unit ? { unit } : {})}
+            />
+          );
+          return (
+            <fieldset class="bare" key={axis.name}>
+              <legend>
+                {t.axis} {axis.name}
+              </legend>
+              {numbers("direction", t.direction, ["x", "y", "z"])}
+              {numbers("point", t.point, ["X", "Y", "Z"], "mm")}
+              {numbers("limits", t.limits, ["−", "+"], "°")}
+              <label class="check">
+                <input
+                  type="checkbox"
+                  checked={all[index]?.reversed ?? false}
+                  onChange={(event) => set(index, { reversed: event.currentTarget.checked })}
+                />
+                <span>{t.reversed}</span>
+              </label>
+            </fieldset>
+          );
+        })}
+      </Form>
     </details>
   );
 }

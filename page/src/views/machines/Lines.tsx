@@ -1,11 +1,14 @@
 import type { ComponentChildren } from "preact";
-import type { LocationError, Machine } from "../../api/types";
+import type { LocationError, Machine, RotaryAxis, Vector } from "../../api/types";
 import { Num } from "../../parts/Num";
 import { Card } from "../../parts/parts";
+import { type Column, Table } from "../../parts/Table";
 import { to } from "../../router";
 import { texts } from "../../texts";
 
 const ERRORS = ["e_x_um", "e_y_um", "e_z_um", "e_a_urad", "e_b_urad", "e_c_urad"] as const satisfies (keyof LocationError)[];
+
+const numbers = (vector: Vector) => vector.map((part) => Number(part.toFixed(4))).join("  ");
 
 interface Props {
   machine: Machine;
@@ -18,40 +21,30 @@ export function Lines({ machine, calibration, children }: Props) {
   const t = texts.value.machines;
   return (
     <Card title={t.errors}>
-      <div class="scroll" tabIndex={0} role="region" aria-label={t.errors}>
-        <table class="list numeric">
-          <thead>
-            <tr>
-              <th scope="col">{t.axis}</th>
-              <th scope="col">{t.side}</th>
-              <th scope="col">{t.direction}</th>
-              <th scope="col">{t.point}</th>
-              <th scope="col">{t.limits}</th>
-              {ERRORS.map((name) => (
-                <th scope="col" class="right" key={name}>
-                  {name.replace(/_u(m|rad)$/, "").replaceAll("_", "")} <span class="unit">{name.endsWith("um") ? "µm" : "µrad"}</span>
-                </th>
-              ))}
-            </tr>
-          </thead>
-          <tbody>
-            {machine.kinematics.rotary_axes.map((axis) => (
-              <tr key={axis.name} data-axis={axis.name}>
-                <th scope="row">{axis.name}</th>
-                <td>{t.sides[axis.side]}</td>
-                <td class="num nowrap">{axis.direction.map((part) => Number(part.toFixed(4))).join("  ")}</td>
-                <td class="num nowrap">{axis.point_mm.map((part) => Number(part.toFixed(4))).join("  ")}</td>
-                <td class="num nowrap">{axis.limits_deg ? `${axis.limits_deg.join("…")}°`.replaceAll("-", "−") : t.unlimited}</td>
-                {ERRORS.map((name) => (
-                  <td class="right" key={name}>
-                    <Num value={axis.location_error?.[name] ?? 0} />
-                  </td>
-                ))}
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      </div>
+      <Table
+        label={t.errors}
+        class="list numeric"
+        rows={machine.kinematics.rotary_axes}
+        keyOf={(axis) => axis.name}
+        data="axis"
+        columns={[
+          { head: t.axis, cell: (axis) => axis.name, names: true },
+          { head: t.side, cell: (axis) => t.sides[axis.side] },
+          { head: t.direction, cell: (axis) => numbers(axis.direction), class: "num nowrap" },
+          { head: t.point, cell: (axis) => numbers(axis.point_mm), class: "num nowrap" },
+          {
+            head: t.limits,
+            cell: (axis) => (axis.limits_deg ? `${axis.limits_deg.join("…")}°`.replaceAll("-", "−") : t.unlimited),
+            class: "num nowrap",
+          },
+          ...ERRORS.map((name): Column<RotaryAxis> => ({
+            head: name.replace(/_u(m|rad)$/, "").replaceAll("_", ""),
+            unit: name.endsWith("um") ? "µm" : "µrad",
+            cell: (axis) => <Num value={axis.location_error?.[name] ?? 0} />,
+            class: "right",
+          })),
+        ]}
+      />
       {calibration && (
         <p class="hint">
           {t.fromRun} <a href={to("calibrate", machine.machine_id, calibration)}>{t.openRun}</a>

@@ -1,8 +1,9 @@
 import { machines as allMachines } from "../../api/machines";
 import { useAsked } from "../../api/use";
-import { Empty, Got, Head } from "../../parts/parts";
+import { Got, Head } from "../../parts/parts";
 import { to } from "../../router";
 import { texts } from "../../texts";
+import { NoMachine } from "../MachineChoice";
 import { MachineCard } from "./MachineCard";
 
 export function Machines() {
@@ -19,7 +20,7 @@ export function Machines() {
       <Got asked={asked}>
         {({ items }) =>
           items.length === 0 ? (
-            <Empty what={t.overview.noMachines} />
+            <NoMachine />
           ) : (
             <div class="cards">
               {items.map((machine) => (

@@ -1,9 +1,10 @@
 import { useState } from "preact/hooks";
 import { presets as allPresets, putMachine } from "../../api/machines";
-import { useAsked, useDoing } from "../../api/use";
+import type { Preset } from "../../api/types";
+import { useAsked } from "../../api/use";
 import { MachineView } from "../../machine3d/MachineView";
-import { Card, Field, Got, Head } from "../../parts/parts";
-import { ProblemBox } from "../../parts/Problem";
+import { Choice, Form, TextField } from "../../parts/Form";
+import { Card, Got, Head } from "../../parts/parts";
 import { go, to } from "../../router";
 import { texts } from "../../texts";
 
@@ -11,10 +12,13 @@ import { texts } from "../../texts";
 export function NewMachine() {
   const t = texts.value.machines;
   const asked = useAsked(() => allPresets(), []);
-  const doing = useDoing();
   const [chosen, choose] = useState("ac-table");
   const [id, setId] = useState("");
   const [name, setName] = useState("");
+  const create = async (preset: Preset) => {
+    await putMachine(id, { ...preset.profile, name: name || preset.title }, null);
+    go("machines", id);
+  };
   return (
     <>
       <p class="crumbs">
@@ -28,44 +32,18 @@ export function NewMachine() {
           return (
             <>
               <Card>
-                <form
-                  class="fields"
-                  onSubmit={(event) => {
-                    event.preventDefault();
-                    doing.run(async () => {
-                      await putMachine(id, { ...preset.profile, name: name || preset.title }, null);
-                      go("machines", id);
-                    });
-                  }}
-                >
-                  <Field label={t.preset} hint={preset.description} class="wide">
-                    <select value={chosen} onChange={(event) => choose(event.currentTarget.value)}>
-                      {items.map((one) => (
-                        <option key={one.id} value={one.id}>
-                          {one.title}
-                        </option>
-                      ))}
-                    </select>
-                  </Field>
-                  <Field label={t.id} hint={t.idHint}>
-                    <input
-                      type="text"
-                      required
-                      pattern="[a-z0-9][a-z0-9\-]{0,63}"
-                      value={id}
-                      onInput={(event) => setId(event.currentTarget.value)}
-                    />
-                  </Field>
-                  <Field label={texts.value.common.name}>
-                    <input type="text" placeholder={preset.title} value={name} onInput={(event) => setName(event.currentTarget.value)} />
-                  </Field>
-                  <div class="field end">
-                    <button type="submit" class="primary" disabled={doing.busy}>
-                      {t.create}
-                    </button>
-                  </div>
-                </form>
-                {doing.problem && <ProblemBox problem={doing.problem} />}
+                <Form send={() => create(preset)} words={t.create} primary>
+                  <Choice
+                    label={t.preset}
+                    hint={preset.description}
+                    class="wide"
+                    value={chosen}
+                    set={choose}
+                    options={items.map((one) => [one.id, one.title])}
+                  />
+                  <TextField label={t.id} hint={t.idHint} value={id} set={setId} required pattern="[a-z0-9][a-z0-9\-]{0,63}" />
+                  <TextField label={texts.value.common.name} value={name} set={setName} placeholder={preset.title} />
+                </Form>
               </Card>
               <Card title={t.kinematics} hint={t.kinematicsHint}>
                 <MachineView key={preset.id} kinematics={preset.profile.kinematics} />

@@ -1,17 +1,20 @@
 import { jobs as jobsOf } from "../../api/jobs";
 import { machines as allMachines } from "../../api/machines";
 import { useAsked, useDoing } from "../../api/use";
+import { usePictures } from "../../machine3d/ready";
 import { Card, Empty, Got, Head } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
+import { Words } from "../../parts/Words";
 import { to } from "../../router";
 import { texts } from "../../texts";
-import { loadDemo } from "../../tour/demo";
 import { startTour } from "../../tour/tour";
+import { NoMachine } from "../MachineChoice";
 import { JobTable } from "../jobs/JobTable";
 import { MachineCard } from "../machines/MachineCard";
 
 export function Overview() {
   const t = texts.value.overview;
+  usePictures();
   const machines = useAsked((signal) => allMachines(signal), []);
   const doing = useDoing();
   const jobs = useAsked((signal) => jobsOf({ limit: 8 }, signal), []);
@@ -26,11 +29,7 @@ export function Overview() {
       <Got asked={machines}>
         {({ items }) =>
           items.length === 0 ? (
-            <Empty what={t.noMachines}>
-              <a class="button" href={to("machines", "+")}>
-                {texts.value.machines.add}
-              </a>
-            </Empty>
+            <NoMachine />
           ) : (
             <div class="cards">
               {items.map((machine) => (
@@ -55,12 +54,15 @@ export function Overview() {
           </Card>
           {jobs.data?.items.length === 0 && (
             <Card title={t.demoTitle} class="democard">
-              <p>{t.demoLead}</p>
+              <p>
+                <Words text={t.demoLead} />
+              </p>
               <button
                 type="button"
                 disabled={doing.busy}
                 onClick={() =>
                   doing.run(async () => {
+                    const { loadDemo } = await import("../../tour/demo");
                     await loadDemo();
                     jobs.again();
                     machines.again();

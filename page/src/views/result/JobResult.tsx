@@ -1,44 +1,45 @@
 // What a job that ended well has made.
 
 import { useMemo, useState } from "preact/hooks";
-import { download, json, textOf } from "../../api/client";
+import { download, json } from "../../api/client";
+import { type JobPath, jobPath } from "../../api/path";
 import type { Job, Report } from "../../api/types";
-import { useAsked, useDoing } from "../../api/use";
+import { type Asked, useAsked, useDoing } from "../../api/use";
 import { Figure } from "../../parts/Figure";
-import { Card, Empty, Got } from "../../parts/parts";
+import { Card, Got } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
 import { texts } from "../../texts";
-import { align } from "./align";
 import { DeviationChart } from "./DeviationChart";
 import { Provenance, Used, Warnings } from "./Notes";
 import { BeforeAfter, Blocks, Budget, Headline } from "./Numbers";
 import { Others } from "./Others";
-import { ProgramText } from "./ProgramText";
+import { Programs } from "./Programs";
 import { read } from "./reading";
 import { ResidualMap } from "./ResidualMap";
-import { keepSource, SHOWN_MB, sources, tooLong } from "./sources";
 import { ToolPath } from "./ToolPath";
 
+const NO_PATH: JobPath = { rows: [], together: 1, chords: 0 };
 const CORRECTING = ["cc-compensation", "wear-compensation", "compensation"];
 
 export function JobResult({ job }: { job: Job }) {
   const asked = useAsked((signal) => json<Report>(`/v1/jobs/${job.id}/report`, { signal }), [job.id]);
+  const corrects = CORRECTING.includes(job.operation);
+  const path = useAsked(async (signal) => (corrects ? jobPath(job.id, signal) : NO_PATH), [job.id]);
   return (
     <Got asked={asked}>
       {(report) =>
-        CORRECTING.includes(job.operation) ? <Corrected job={job} report={report} /> : <Other job={job} report={report} />
+        corrects ? <Corrected job={job} report={report} path={path} /> : <Other job={job} report={report} />
       }
     </Got>
   );
 }
 
-function Corrected({ job, report }: { job: Job; report: Report }) {
+function Corrected({ job, report, path }: { job: Job; report: Report; path: Asked<JobPath> }) {
   const t = texts.value;
   const reading = useMemo(() => read(job, report), [job, report]);
   const [line, setLine] = useState<number | null>(reading.worstBefore);
-  const toLine = (to: number) => {
-    setLine(to);
-  };
+  // The text is read after the picture is there.
+  const [drawn, setDrawn] = useState(false);
   const toText = (to: number) => {
     setLine(to);
     document.getElementById("programs")?.scrollIntoView({ block: "nearest" });
@@ -49,8 +50,8 @@ function Corrected({ job, report }: { job: Job; report: Report }) {
         <Headline job={job} report={report} reading={reading} />
         <Files job={job} />
       </div>
-      <DeviationChart reading={reading} line={line} toLine={toLine} />
-      <ToolPath job={job} report={report} reading={reading} line={line} toLine={toLine} />
+      <DeviationChart reading={reading} line={line} toLine={setLine} />
+      <ToolPath job={job} report={report} reading={reading} path={path} line={line} toLine={setLine} drawn={() => setDrawn(true)} />
       <div class="pair">
         <div class="column">
           <BeforeAfter report={report} toLine={toText} />
@@ -62,7 +63,7 @@ function Corrected({ job, report }: { job: Job; report: Report }) {
           <Used report={report} />
         </div>
       </div>
-      <Programs job={job} worst={reading.worstBefore} line={line} toLine={toLine} />
+      {drawn && <Programs job={job} worst={reading.worstBefore} line={line} toLine={setLine} />}
       <Provenance job={job} />
       <p class="hint noscreen">{t.nav.version(job.software_version)}</p>
     </div>
@@ -106,88 +107,6 @@ function Files({ job }: { job: Job }) {
       </div>
       {doing.problem && <ProblemBox problem={doing.problem} />}
     </div>
-  );
-}
-
-const linesOf = (text: string) => text.replace(/\r?\n$/, "").split(/\r?\n/);
-
-interface ProgramsProps {
-  job: Job;
-  worst: number | null;
-  line: number | null;
-  toLine: (line: number) => void;
-}
-
-function Programs({ job, worst, line, toLine }: ProgramsProps) {
-  const t = texts.value.result;
-  const [wrong, setWrong] = useState(false);
-  const source = sources.value.get(job.input_sha256);
-  const output = useAsked(
-    (signal) => textOf(`/v1/jobs/${job.id}/program`, { signal, headers: { Range: `bytes=0-${SHOWN_MB * 1e6}` } }),
-    [job.id],
-  );
-  const before = useMemo(() => (source ? linesOf(source.text) : null), [source]);
-  const after = useMemo(() => (output.data === null ? null : linesOf(output.data)), [output.data]);
-  const aligned = useMemo(() => (before && after ? align(before, after) : null), [before, after]);
-  const focus = line === null ? null : ([line, line] as [number, number]);
-  const there = line === null ? null : (aligned?.of[line - 1] ?? null);
-  const back = (number: number) => {
-    const found = aligned?.of.findIndex((range) => range && number >= range[0] && number <= range[1]) ?? -1;
-    if (found >= 0) toLine(found + 1);
-  };
-  const choose = async (file: File | undefined) => {
-    if (file) setWrong((await keepSource(file, file.name)) !== job.input_sha256);
-  };
-  return (
-    <Card
-      title={t.programs}
-      class="noprint programs"
-      tools={
-        worst !== null && (
-          <button type="button" onClick={() => toLine(worst)}>
-            {t.toWorst}
-          </button>
-        )
-      }
-    >
-      <div class="two" id="programs">
-        <div>
-          <h3>{t.source}</h3>
-          {before ? (
-            <ProgramText label={t.source} lines={before} focus={focus} worst={worst} onLine={toLine} />
-          ) : tooLong.value.has(job.input_sha256) ? (
-            <Empty what={t.tooLong(SHOWN_MB)} />
-          ) : (
-            <div class="empty">
-              <p>{t.noSource}</p>
-              <label class="filebutton">
-                {t.chooseSource}
-                <input type="file" onChange={(event) => void choose(event.currentTarget.files?.[0])} />
-              </label>
-              {wrong && (
-                <p class="fault" role="alert">
-                  {t.otherSource}
-                </p>
-              )}
-            </div>
-          )}
-        </div>
-        <div>
-          <h3>{t.output}</h3>
-          <Got asked={output}>
-            {() => (
-              <ProgramText
-                label={t.output}
-                lines={after ?? []}
-                focus={there}
-                {...(aligned ? { changed: aligned.changed } : {})}
-                onLine={back}
-              />
-            )}
-          </Got>
-        </div>
-      </div>
-    </Card>
   );
 }
 

@@ -1,8 +1,10 @@
-import type { Job, Report } from "../../api/types";
+import type { DeviationSummary, Job, Report } from "../../api/types";
 import { BUDGET } from "../../api/types";
 import { whole } from "../../parts/format";
+import { Facts } from "../../parts/Facts";
 import { Num } from "../../parts/Num";
 import { Card } from "../../parts/parts";
+import { Table } from "../../parts/Table";
 import { texts } from "../../texts";
 import type { Reading } from "./reading";
 
@@ -52,45 +54,36 @@ export function BeforeAfter({ report, toLine }: { report: Report; toLine: ToLine
   const t = texts.value;
   const { before, after } = report;
   if (!before || !after) return null;
+  const size = (name: "max_um" | "rms_um" | "max_excess_um" | "max_gouge_um", words: string) => ({
+    name,
+    words,
+    of: (summary: DeviationSummary) => <Num value={summary[name]} unit="µm" />,
+  });
   const rows = [
-    ["max_um", t.result.max],
-    ["rms_um", t.result.rms],
-    ["max_excess_um", t.result.excess],
-    ["max_gouge_um", t.result.gouge],
-  ] as const;
+    size("max_um", t.result.max),
+    size("rms_um", t.result.rms),
+    size("max_excess_um", t.result.excess),
+    size("max_gouge_um", t.result.gouge),
+    {
+      name: "worst_line",
+      words: t.result.worst,
+      of: (summary: DeviationSummary) => <LineLink line={summary.worst_line} toLine={toLine} />,
+    },
+  ];
   return (
     <Card title={t.result.numbers}>
-      <table class="numbers">
-        <thead>
-          <tr>
-            <th scope="col">{t.result.quantity}</th>
-            <th scope="col">{t.common.before}</th>
-            <th scope="col">{t.common.after}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {rows.map(([name, words]) => (
-            <tr key={name} data-row={name}>
-              <th scope="row">{words}</th>
-              <td>
-                <Num value={before[name]} unit="µm" />
-              </td>
-              <td>
-                <Num value={after[name]} unit="µm" />
-              </td>
-            </tr>
-          ))}
-          <tr data-row="worst_line">
-            <th scope="row">{t.result.worst}</th>
-            <td>
-              <LineLink line={before.worst_line} toLine={toLine} />
-            </td>
-            <td>
-              <LineLink line={after.worst_line} toLine={toLine} />
-            </td>
-          </tr>
-        </tbody>
-      </table>
+      <Table
+        label={t.result.numbers}
+        class="numbers"
+        rows={rows}
+        keyOf={(row) => row.name}
+        data="row"
+        columns={[
+          { head: t.result.quantity, cell: (row) => row.words, names: true },
+          { head: t.common.before, cell: (row) => row.of(before) },
+          { head: t.common.after, cell: (row) => row.of(after) },
+        ]}
+      />
     </Card>
   );
 }
@@ -101,36 +94,21 @@ export function Budget({ report, toLine }: { report: Report; toLine: ToLine }) {
   if (!budget) return null;
   return (
     <Card title={t.result.budget}>
-      <table class="numbers">
-        <thead>
-          <tr>
-            <th scope="col">{t.result.quantity}</th>
-            <th scope="col">{t.common.before}</th>
-            <th scope="col">{t.result.worst}</th>
-            <th scope="col">{t.common.after}</th>
-            <th scope="col">{t.result.worst}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {BUDGET.map((name) => (
-            <tr key={name} data-row={name} class={name === "sum" ? "total" : ""}>
-              <th scope="row">{t.result.budgetOf[name]}</th>
-              <td>
-                <Num value={budget[name].before_um} unit="µm" />
-              </td>
-              <td>
-                <LineLink line={budget[name].before_line} toLine={toLine} />
-              </td>
-              <td>
-                <Num value={budget[name].after_um} unit="µm" />
-              </td>
-              <td>
-                <LineLink line={budget[name].after_line} toLine={toLine} />
-              </td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
+      <Table
+        label={t.result.budget}
+        class="numbers"
+        rows={[...BUDGET]}
+        keyOf={(name) => name}
+        data="row"
+        rowClass={(name) => (name === "sum" ? "total" : "")}
+        columns={[
+          { head: t.result.quantity, cell: (name) => t.result.budgetOf[name], names: true },
+          { head: t.common.before, cell: (name) => <Num value={budget[name].before_um} unit="µm" /> },
+          { head: t.result.worst, cell: (name) => <LineLink line={budget[name].before_line} toLine={toLine} /> },
+          { head: t.common.after, cell: (name) => <Num value={budget[name].after_um} unit="µm" /> },
+          { head: t.result.worst, cell: (name) => <LineLink line={budget[name].after_line} toLine={toLine} /> },
+        ]}
+      />
     </Card>
   );
 }
@@ -149,26 +127,18 @@ export function Blocks({ report }: { report: Report }) {
   ];
   return (
     <Card title={t.blocks}>
-      <dl class="facts">
-        {rows
-          .filter(([, , value]) => value !== undefined)
-          .map(([name, words, value]) => (
-            <div key={name} data-row={name}>
-              <dt>{words}</dt>
-              <dd>
-                <Num value={value} text={whole} />
-              </dd>
-            </div>
-          ))}
-        {typeof findings.cc_path_length_mm === "number" && (
-          <div data-row="cc_path_length_mm">
-            <dt>{t.length}</dt>
-            <dd>
-              <Num value={findings.cc_path_length_mm} unit="mm" />
-            </dd>
-          </div>
-        )}
-      </dl>
+      <Facts
+        facts={[
+          ...rows
+            .filter(([, , value]) => value !== undefined)
+            .map(([row, name, value]) => ({ row, name, value: <Num value={value} text={whole} /> })),
+          typeof findings.cc_path_length_mm === "number" && {
+            row: "cc_path_length_mm",
+            name: t.length,
+            value: <Num value={findings.cc_path_length_mm} unit="mm" />,
+          },
+        ]}
+      />
     </Card>
   );
 }

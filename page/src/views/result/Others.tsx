@@ -2,6 +2,7 @@
 
 import type { Job, Report } from "../../api/types";
 import { whole } from "../../parts/format";
+import { Facts } from "../../parts/Facts";
 import { Num } from "../../parts/Num";
 import { Card } from "../../parts/parts";
 import { texts } from "../../texts";
@@ -29,14 +30,12 @@ export function Others({ job, report }: { job: Job; report: Report }) {
           ];
   return (
     <Card title={t.result.values}>
-      <dl class="facts">
-        {rows.map(([name, value, unit]) => (
-          <div key={name}>
-            <dt>{name}</dt>
-            <dd>{unit ? <Num value={value} unit={unit} /> : <Num value={value} text={whole} />}</dd>
-          </div>
-        ))}
-      </dl>
+      <Facts
+        facts={rows.map(([name, value, unit]) => ({
+          name,
+          value: unit ? <Num value={value} unit={unit} /> : <Num value={value} text={whole} />,
+        }))}
+      />
     </Card>
   );
 }

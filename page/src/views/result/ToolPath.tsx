@@ -1,16 +1,18 @@
 // The tool path in 3D, coloured by the deviation before and after, with the machine at one place of it.
 
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { json } from "../../api/client";
 import { machinePath, tools as toolsOf } from "../../api/machines";
-import { type JobPath, jobPath } from "../../api/path";
+import type { JobPath } from "../../api/path";
 import type { Job, Machine, Report } from "../../api/types";
-import { useAsked } from "../../api/use";
+import { type Asked, useAsked } from "../../api/use";
 import type { PathScene } from "../../machine3d/pathScene";
 import type { Pose } from "../../machine3d/poses";
+import type { Stage } from "../../machine3d/stage";
 import { css } from "../../machine3d/scale";
 import { short } from "../../parts/format";
-import { Card, Empty, Got } from "../../parts/parts";
+import { Busy, Card, Empty } from "../../parts/parts";
+import { ProblemBox } from "../../parts/Problem";
 import { isDark } from "../../settings/theme";
 import { texts } from "../../texts";
 import type { Reading } from "./reading";
@@ -19,8 +21,11 @@ interface Props {
   job: Job;
   report: Report;
   reading: Reading;
+  path: Asked<JobPath>;
   line: number | null;
   toLine: (line: number) => void;
+  /** Called when there is a picture, or when there will be none. */
+  drawn: () => void;
 }
 
 interface Loaded {
@@ -30,29 +35,35 @@ interface Loaded {
 }
 
 export function ToolPath(props: Props) {
-  const { job, report } = props;
+  const { job, report, path } = props;
   const t = texts.value.result;
-  const asked = useAsked(
-    async (signal): Promise<Loaded> => {
-      const of = machinePath(job.machine_id);
-      const [machine, path, table] = await Promise.all([
-        json<Machine>(`${of}/revisions/${job.machine_revision}`, { signal }),
-        jobPath(job.id, signal),
-        toolsOf(job.machine_id).catch(() => ({ items: [] })),
-      ]);
-      const called = report.resolved?.tools[0]?.tool_id;
-      const tool = table.items.find((one) => one.tool_id === called);
-      const stated = radiusOf(job.parameters);
-      const radius = stated?.radius ?? tool?.radius_mm ?? 5;
-      return { machine, path, cutter: { radius, corner: stated?.corner ?? tool?.corner_radius_mm ?? radius } };
-    },
-    [job.id],
-  );
+  const asked = useAsked(async (signal) => {
+    const of = machinePath(job.machine_id);
+    const [machine, table] = await Promise.all([
+      json<Machine>(`${of}/revisions/${job.machine_revision}`, { signal }),
+      toolsOf(job.machine_id).catch(() => ({ items: [] })),
+    ]);
+    const called = report.resolved?.tools[0]?.tool_id;
+    const tool = table.items.find((one) => one.tool_id === called);
+    const stated = radiusOf(job.parameters);
+    const radius = stated?.radius ?? tool?.radius_mm ?? 5;
+    return { machine, cutter: { radius, corner: stated?.corner ?? tool?.corner_radius_mm ?? radius } };
+  }, [job.id]);
+  const loaded = useMemo(() => (asked.data && path.data ? { ...asked.data, path: path.data } : null), [asked.data, path.data]);
+  const problem = asked.problem ?? path.problem;
+  const isWithout = problem !== null || path.data?.rows.length === 0;
+  useEffect(() => {
+    if (isWithout) props.drawn();
+  }, [isWithout]);
   return (
     <Card title={t.path} hint={t.pathHint} class="path noprint">
-      <Got asked={asked}>
-        {(loaded) => (loaded.path.rows.length > 0 ? <Picture {...props} loaded={loaded} /> : <Empty what={t.noPath} />)}
-      </Got>
+      {problem ? (
+        <ProblemBox problem={problem} again={() => (asked.again(), path.again())} />
+      ) : isWithout ? (
+        <Empty what={t.noPath} />
+      ) : (
+        <Picture {...props} loaded={loaded} />
+      )}
     </Card>
   );
 }
@@ -71,10 +82,11 @@ const STEPS_PER_S = 40;
 /** Parts of the colour scale. */
 const RAMP = 10;
 
-function Picture({ job, report, reading, loaded, line, toLine }: Props & { loaded: Loaded }) {
+function Picture({ job, report, reading, loaded, line, toLine, drawn }: Props & { loaded: Loaded | null }) {
   const t = texts.value;
   const place = useRef<HTMLDivElement>(null);
   const scene = useRef<PathScene | null>(null);
+  const [stage, setStage] = useState<Stage | null>(null);
   const [poses, setPoses] = useState<Pose[]>([]);
   const [at, setAt] = useState(0);
   const [divider, setDivider] = useState(0.5);
@@ -83,34 +95,52 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
   const dark = isDark.value;
   const top = Math.max(reading.beforeMax ?? 0, reading.afterMax ?? 0, reading.tolerance ?? 0, 1e-6);
 
+  // The stage is made ready while the service computes the path.
   useEffect(() => {
-    let made: PathScene | null = null;
+    let made: Stage | null = null;
+    let ended = false;
+    Promise.all([import("../../machine3d/stage"), import("../../machine3d/pathScene")]).then(([{ Stage }]) => {
+      if (ended || !place.current) return;
+      try {
+        made = new Stage(place.current);
+        setStage(made);
+      } catch {
+        setFailed(true);
+        drawn();
+      }
+    });
+    return () => {
+      ended = true;
+      setStage(null);
+      made?.end();
+    };
+  }, [dark]);
+
+  useEffect(() => {
+    if (!stage || !loaded) return;
     let ended = false;
     Promise.all([import("../../machine3d/pathScene"), import("../../machine3d/poses")]).then(
       ([{ PathScene }, { followsAxes, posesOf }]) => {
-        if (ended || !place.current) return;
+        if (ended) return;
         const { machine, path, cutter } = loaded;
         const offset = report.resolved?.work_offsets.find((one) => one.origin_mm)?.origin_mm ?? [0, 0, 0];
         const length = job.parameters["tool_length_mm"];
         const known = { kinematics: machine.kinematics, offset, toolLength: typeof length === "number" ? length : 0 };
         const way = { ...known, byAxes: path.together === 1 && followsAxes(path.rows, known) };
         const all = posesOf(path.rows, way);
-        try {
-          made = scene.current = new PathScene(place.current, all, way, top, cutter);
-          made.divide(divider);
-          made.pose(at);
-          setPoses(all);
-        } catch {
-          setFailed(true);
-        }
+        const made = (scene.current = new PathScene(stage, all, way, top, cutter));
+        made.divide(divider);
+        made.pose(at);
+        setPoses(all);
+        requestAnimationFrame(drawn);
       },
     );
     return () => {
       ended = true;
-      made?.end();
+      scene.current?.end();
       scene.current = null;
     };
-  }, [loaded, dark, top]);
+  }, [stage, loaded, top]);
 
   useEffect(() => scene.current?.pose(at), [at]);
   useEffect(() => scene.current?.divide(divider), [divider]);
@@ -144,6 +174,11 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
       <div class="stage tall">
         <div class="canvas" ref={place} />
         {failed && <p class="hint over">{t.common.noWebgl}</p>}
+        {!failed && poses.length === 0 && (
+          <div class="over">
+            <Busy />
+          </div>
+        )}
         <span class="corner left" aria-hidden="true">
           {t.common.before}
         </span>
@@ -180,7 +215,8 @@ function Picture({ job, report, reading, loaded, line, toLine }: Props & { loade
           {short(top)} <span class="unit">µm</span>
         </span>
       </div>
-      {loaded.path.together > 1 && <p class="hint">{t.result.together(loaded.path.together)}</p>}
+      {loaded && loaded.path.together > 1 && <p class="hint">{t.result.together(loaded.path.together)}</p>}
+      {loaded && loaded.path.chords > 0 && <p class="hint">{t.result.chords(loaded.path.chords)}</p>}
       <div class="scrub">
         <button type="button" onClick={() => (at + 1 >= poses.length && setAt(0), setPlays(!plays))}>
           {plays ? t.result.pause : t.result.play}

@@ -6,8 +6,11 @@ import type { Drive, List, Machine, Matching, Problem, Simulation } from "../../
 import { problemOf, useDoing } from "../../api/use";
 import { Figure } from "../../parts/Figure";
 import { Num } from "../../parts/Num";
-import { Card, Empty, Field, Head, NumberInput, read, Slider } from "../../parts/parts";
+import { Facts } from "../../parts/Facts";
+import { Choice } from "../../parts/Form";
+import { Card, Empty, Head, NumberInput, read, Slider } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
+import { Table } from "../../parts/Table";
 import { texts } from "../../texts";
 import { MachineChoice } from "../MachineChoice";
 import { Polar } from "./Polar";
@@ -98,12 +101,13 @@ function Bench({ machine, drives, isOwn }: { machine: Machine; drives: Drives; i
     <div class="bench">
       <Card class="controls">
         <div class="fields">
-          <Field label={t.servo.path} class="wide">
-            <select value={setting.kind} onChange={(event) => set({ kind: event.currentTarget.value as Setting["kind"] })}>
-              {hasC && <option value="xc-circle">{t.servo.xc}</option>}
-              <option value="circle">{t.servo.circle}</option>
-            </select>
-          </Field>
+          <Choice
+            label={t.servo.path}
+            class="wide"
+            value={setting.kind}
+            set={(kind) => set({ kind })}
+            options={[...(hasC ? [["xc-circle", t.servo.xc] as const] : []), ["circle", t.servo.circle]]}
+          />
         </div>
         {axes.map((axis) => {
           const scale = setting.scales[axis] ?? 1;
@@ -178,74 +182,35 @@ function Numbers({ simulation }: { simulation: Simulation }) {
   const error = simulation.contour_error;
   return (
     <Card title={t.result}>
-      <dl class="facts">
-        <div data-row="max_abs_um">
-          <dt>{t.max}</dt>
-          <dd>
-            <Num value={error.max_abs_um} unit="µm" />
-          </dd>
-        </div>
-        <div data-row="rms_um">
-          <dt>{t.rms}</dt>
-          <dd>
-            <Num value={error.rms_um} unit="µm" />
-          </dd>
-        </div>
-        {error.oval && (
-          <>
-            <div data-row="oval">
-              <dt>{t.oval}</dt>
-              <dd>
-                <Num value={error.oval.amplitude_um} unit="µm" />
-              </dd>
-            </div>
-            <div>
-              <dt>{t.ovalAxis}</dt>
-              <dd>
-                <Num value={error.oval.major_axis_deg} unit="°" />
-              </dd>
-            </div>
-          </>
-        )}
-      </dl>
-      <div class="scroll" tabIndex={0} role="region" aria-label={t.axes}>
-        <table class="list numeric">
-          <thead>
-            <tr>
-              <th scope="col">{t.axis}</th>
-              <th scope="col" class="right">
-                {t.lag}
-              </th>
-              <th scope="col" class="right">
-                {t.phase}
-              </th>
-              <th scope="col" class="right">
-                {t.bandwidth}
-              </th>
-            </tr>
-          </thead>
-          <tbody>
-            {Object.entries(simulation.axes).map(([axis, result]) => (
-              <tr key={axis}>
-                <th scope="row">{axis}</th>
-                <td class="right">
-                  {typeof result.max_following_error_um === "number" ? (
-                    <Num value={result.max_following_error_um} unit="µm" />
-                  ) : (
-                    <Num value={result.max_following_error_urad} unit="µrad" />
-                  )}
-                </td>
-                <td class="right">
-                  <Num value={result.stability.phase_margin_deg} unit="°" />
-                </td>
-                <td class="right">
-                  <Num value={result.stability.bandwidth_hz} unit="Hz" />
-                </td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      </div>
+      <Facts
+        facts={[
+          { row: "max_abs_um", name: t.max, value: <Num value={error.max_abs_um} unit="µm" /> },
+          { row: "rms_um", name: t.rms, value: <Num value={error.rms_um} unit="µm" /> },
+          error.oval && { row: "oval", name: t.oval, value: <Num value={error.oval.amplitude_um} unit="µm" /> },
+          error.oval && { name: t.ovalAxis, value: <Num value={error.oval.major_axis_deg} unit="°" /> },
+        ]}
+      />
+      <Table
+        label={t.axes}
+        class="list numeric"
+        rows={Object.entries(simulation.axes)}
+        keyOf={([axis]) => axis}
+        columns={[
+          { head: t.axis, cell: ([axis]) => axis, names: true },
+          {
+            head: t.lag,
+            cell: ([, result]) =>
+              typeof result.max_following_error_um === "number" ? (
+                <Num value={result.max_following_error_um} unit="µm" />
+              ) : (
+                <Num value={result.max_following_error_urad} unit="µrad" />
+              ),
+            class: "right",
+          },
+          { head: t.phase, cell: ([, result]) => <Num value={result.stability.phase_margin_deg} unit="°" />, class: "right" },
+          { head: t.bandwidth, cell: ([, result]) => <Num value={result.stability.bandwidth_hz} unit="Hz" />, class: "right" },
+        ]}
+      />
     </Card>
   );
 }
@@ -280,24 +245,15 @@ function Match({ who, path, feed, take }: Asked & { feed: number; take: (scales:
       {answer && (
         <div role="status">
           <p class={answer.reached ? "ok" : "warn"}>{answer.reached ? t.reached : t.notReached}</p>
-          <dl class="facts">
-            {Object.entries(answer.gains).map(([axis, gain]) => (
-              <div key={axis}>
-                <dt>{t.gain(axis)}</dt>
-                <dd>
-                  <Num value={gain.position_gain_per_s} unit="1/s" />
-                </dd>
-              </div>
-            ))}
-            <div>
-              <dt>
-                {t.max}, {t.matched}
-              </dt>
-              <dd>
-                <Num value={answer.matched.max_abs_um} unit="µm" />
-              </dd>
-            </div>
-          </dl>
+          <Facts
+            facts={[
+              ...Object.entries(answer.gains).map(([axis, gain]) => ({
+                name: t.gain(axis),
+                value: <Num value={gain.position_gain_per_s} unit="1/s" />,
+              })),
+              { name: `${t.max}, ${t.matched}`, value: <Num value={answer.matched.max_abs_um} unit="µm" /> },
+            ]}
+          />
           <button
             type="button"
             onClick={() => take(Object.fromEntries(Object.entries(answer.gains).map(([axis, gain]) => [axis, gain.scale])))}

@@ -1,17 +1,23 @@
+import { Fragment } from "preact";
 import { useMemo, useState } from "preact/hooks";
 import { json, query } from "../../api/client";
 import { machinePath, tools as toolsOf } from "../../api/machines";
 import type { Interval, List, Machine, Tool, WearEntry, WearTrend } from "../../api/types";
 import { useAsked } from "../../api/use";
-import { day } from "../../parts/format";
+import { day, sentence } from "../../parts/format";
 import { Chart } from "../../parts/Chart";
 import { Num } from "../../parts/Num";
-import { Card, Empty, Field, Got, Head, NumberInput, read } from "../../parts/parts";
+import { Facts } from "../../parts/Facts";
+import { Choice, NumberField } from "../../parts/Form";
+import { Card, Empty, Got, Head, read } from "../../parts/parts";
 import { ProblemBox } from "../../parts/Problem";
+import { Table } from "../../parts/Table";
 import { texts } from "../../texts";
 import { go } from "../../router";
 import { MachineChoice } from "../MachineChoice";
+import { Advice } from "./Advice";
 import { Enter } from "./Enter";
+import { LastCut } from "./LastCut";
 import { Scallop } from "./Scallop";
 
 export function Wear({ id, tool }: { id: string | undefined; tool: string | undefined }) {
@@ -20,9 +26,14 @@ export function Wear({ id, tool }: { id: string | undefined; tool: string | unde
     <>
       <Head title={t.title} lead={t.lead} />
       <MachineChoice view="wear" chosen={id}>
-        {(machine) => <Tools key={machine.machine_id} machine={machine} chosen={tool} />}
+        {(machine) => (
+          <Fragment key={machine.machine_id}>
+            <Tools machine={machine} chosen={tool} />
+            <Scallop />
+            <LastCut id={machine.machine_id} />
+          </Fragment>
+        )}
       </MachineChoice>
-      <Scallop />
     </>
   );
 }
@@ -64,27 +75,16 @@ function History({ machine, tool, tools }: { machine: Machine; tool: Tool; tools
   return (
     <>
       <div class="fields choice noprint">
-        <Field label={t.tool}>
-          <select value={tool.tool_id} onChange={(event) => go("wear", machine.machine_id, event.currentTarget.value)}>
-            {tools.map((one) => (
-              <option key={one.tool_id} value={one.tool_id}>
-                {one.tool_id} {one.name ?? ""}
-              </option>
-            ))}
-          </select>
-        </Field>
+        <Choice
+          label={t.tool}
+          value={tool.tool_id}
+          set={(next) => go("wear", machine.machine_id, next)}
+          options={tools.map((one) => [one.tool_id, `${one.tool_id} ${one.name ?? ""}`])}
+        />
         {cutters.length > 0 && (
-          <Field label={t.cutter}>
-            <select value={of} onChange={(event) => setCutter(event.currentTarget.value)}>
-              {cutters.map((one) => (
-                <option key={one}>{one}</option>
-              ))}
-            </select>
-          </Field>
+          <Choice label={t.cutter} value={of} set={setCutter} options={cutters.map((one) => [one, one])} />
         )}
-        <Field label={t.limit}>
-          <NumberInput value={limit} set={setLimit} unit="µm" />
-        </Field>
+        <NumberField label={t.limit} value={limit} set={setLimit} unit="µm" />
       </div>
       <Got asked={entries}>
         {({ items }) =>
@@ -95,7 +95,7 @@ function History({ machine, tool, tools }: { machine: Machine; tool: Tool; tools
           ) : (
             <>
               {trend.problem && <ProblemBox problem={trend.problem} />}
-              {trend.data && <Shown trend={trend.data} />}
+              {trend.data && <Shown trend={trend.data} tool={tool} />}
             </>
           )
         }
@@ -108,7 +108,7 @@ function History({ machine, tool, tools }: { machine: Machine; tool: Tool; tools
   );
 }
 
-function Shown({ trend }: { trend: WearTrend }) {
+function Shown({ trend, tool }: { trend: WearTrend; tool: Tool }) {
   const t = texts.value.wear;
   const edge = trend.edges[0];
   const points = edge?.entries ?? [];
@@ -150,27 +150,20 @@ function Shown({ trend }: { trend: WearTrend }) {
             <p class="verdict">{between(left, t)}</p>
           </div>
         )}
-        {outlook && <p>{outlook.words}{/[.]$/.test(outlook.words) ? "" : "."}</p>}
-        <dl class="facts">
-          <div data-row="wear_um">
-            <dt>{t.now}</dt>
-            <dd>
-              <Num value={edge?.fit?.wear_um} unit="µm" />
-            </dd>
-          </div>
-          <div data-row="rate">
-            <dt>{t.rate}</dt>
-            <dd>
-              <Num value={edge?.fit?.rate_um_per_part} unit={t.perPart} />
-            </dd>
-          </div>
-        </dl>
+        {outlook && <p>{sentence(outlook.words)}</p>}
+        <Facts
+          facts={[
+            { row: "wear_um", name: t.now, value: <Num value={edge?.fit?.wear_um} unit="µm" /> },
+            { row: "rate", name: t.rate, value: <Num value={edge?.fit?.rate_um_per_part} unit={t.perPart} /> },
+          ]}
+        />
         <ul class="warnings">
           {trend.warnings.map((warning) => (
             <li key={warning.detail}>{warning.detail}</li>
           ))}
         </ul>
       </Card>
+      <Advice tool={tool} trend={trend} />
     </div>
   );
 }
@@ -183,34 +176,22 @@ function Entries({ items }: { items: WearEntry[] }) {
   const t = texts.value.wear;
   return (
     <Card title={t.entries}>
-      <div class="scroll" tabIndex={0} role="region" aria-label={t.entries}>
-        <table class="list numeric">
-          <thead>
-            <tr>
-              <th scope="col">{t.when}</th>
-              <th scope="col" class="right">
-                {t.parts}
-              </th>
-              <th scope="col" class="right">
-                {t.wear}
-              </th>
-              <th scope="col">{t.note}</th>
-            </tr>
-          </thead>
-          <tbody>
-            {items.map((entry) => (
-              <tr key={entry.id} class={entry.withdrawn ? "gone" : ""}>
-                <td class="nowrap">{day(entry.measured_at)}</td>
-                <td class="num right">{entry.parts_cut}</td>
-                <td class="right">
-                  <Num value={entry.radius_wear_um ?? entry.flank_wear_um} />
-                </td>
-                <td>{entry.withdrawn ? `${t.withdrawn}: ${entry.withdrawn.reason}` : (entry.note ?? "–")}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      </div>
+      <Table
+        label={t.entries}
+        class="list numeric"
+        rows={items}
+        keyOf={(entry) => entry.id}
+        rowClass={(entry) => (entry.withdrawn ? "gone" : "")}
+        columns={[
+          { head: t.when, cell: (entry) => day(entry.measured_at), class: "nowrap" },
+          { head: t.partsCut, cell: (entry) => entry.parts_cut, class: "num right" },
+          { head: t.wearOf, cell: (entry) => <Num value={entry.radius_wear_um ?? entry.flank_wear_um} />, class: "right" },
+          {
+            head: t.note,
+            cell: (entry) => (entry.withdrawn ? `${t.withdrawn}: ${entry.withdrawn.reason}` : (entry.note ?? "–")),
+          },
+        ]}
+      />
     </Card>
   );
 }

@@ -1,0 +1,1 @@
+import{a,b,c,d,e,f}from"./part-GN6V523W.js";import"./part-6GWDPOE2.js";import"./part-BJ4XVPCP.js";export{a as ZONE_DEG,e as fromPole_deg,f as nearOf,c as poleDirection,b as poleOf,d as toolDirection};
