@@ -6,10 +6,9 @@ use super::acceptance::machine_of_job;
 use super::refusals::in_words_of_the_wire;
 use super::workplace::written;
 use super::{CompensatorFault, Compute, Cost, InputFile, JobFault, Means, Spool};
-use crate::motion::ToolKey;
 use crate::process::{self, Interpreted, Stop};
 use crate::store::{BlobFault, Draft, JobRow, Store};
-use crate::wire::{ErrorsByLine, InterpretationParameters, InterpretedMotionDoc, JobPath, fault_of_table};
+use crate::wire::{ErrorsByLine, InterpretationParameters, JobPath, fault_of_table};
 
 /// The path of a job's program as a table with at most `most` poses. Also returns the largest number of motions that
 /// one pose stands for.
@@ -32,11 +31,10 @@ pub async fn job_path(
     let work = move |stop: &Stop<'_>| -> Result<(Draft, u64), JobFault> {
         let source = InputFile::kept(spool.blobs(), &sha256)?;
         Cost::of_program_reading(source.length).within(max_cost_s)?;
-        let number_of = |key: ToolKey| on.shelf.table().find(key).and_then(|(_, tool)| tool.number);
         let mut path = JobPath::new(errors, most);
         let mut take = |told: &Interpreted| {
             if let Interpreted::Motion(motion) = told {
-                path.add(InterpretedMotionDoc::of(motion, &on.machine, &number_of));
+                path.add(motion);
             }
             Ok(())
         };

@@ -129,6 +129,18 @@ pub struct InterpretationEnd {
     pub resolved: ResolvedInputs,
 }
 
+impl MotionKindDoc {
+    /// The kind of a motion.
+    #[must_use]
+    pub const fn of(kind: InterpretedKind) -> Self {
+        match kind {
+            InterpretedKind::Rapid => Self::Rapid,
+            InterpretedKind::Linear => Self::Linear,
+            InterpretedKind::Arc => Self::Arc,
+        }
+    }
+}
+
 impl InterpretedMotionDoc {
     /// A motion on this machine; `number_of` gives the number that a tool has in the tool table.
     #[must_use]
@@ -142,11 +154,7 @@ impl InterpretedMotionDoc {
         Self {
             line: motion.line,
             file: None,
-            kind: match motion.kind {
-                InterpretedKind::Rapid => MotionKindDoc::Rapid,
-                InterpretedKind::Linear => MotionKindDoc::Linear,
-                InterpretedKind::Arc => MotionKindDoc::Arc,
-            },
+            kind: MotionKindDoc::of(motion.kind),
             joints: JointsInOrder { letters, words: motion.joints },
             tip_mm: motion.tip_mm,
             axis: motion.axis,

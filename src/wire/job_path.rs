@@ -6,8 +6,9 @@ use std::io::Write;
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::{DeviationSeries, InterpretationParameters, InterpretedMotionDoc, MotionKindDoc, ResolvedInputs};
+use super::{DeviationSeries, InterpretationParameters, MotionKindDoc, ResolvedInputs};
 use crate::machine::Machine;
+use crate::process::{InterpretedKind, InterpretedMotion};
 
 /// The errors of a job along its program, as its report has them.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -95,25 +96,34 @@ impl InterpretationParameters {
     }
 }
 
-/// One pose of the path: the end of a motion, or of several that follow each other.
-#[derive(Debug, Clone, PartialEq)]
+/// One pose of the path: the end of a motion, of a piece of an arc, or of several that follow each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct PathPose {
-    motion: InterpretedMotionDoc,
+    line: u64,
+    kind: InterpretedKind,
+    joints: [Option<f64>; 5],
+    tip_mm: [f64; 3],
+    axis: [f64; 3],
     errors_um: [Option<f64>; 2],
 }
 
 impl PathPose {
     /// The same pose after this one: its place, and the larger errors of both.
     fn and(self, next: Self) -> Self {
-        let is_cut = |pose: &Self| pose.motion.kind != MotionKindDoc::Rapid;
-        let kind = if is_cut(&self) && !is_cut(&next) { self.motion.kind } else { next.motion.kind };
+        let is_cut = |pose: &Self| pose.kind != InterpretedKind::Rapid;
+        let kind = if is_cut(&self) && !is_cut(&next) { self.kind } else { next.kind };
         let larger = |k: usize| match (self.errors_um[k], next.errors_um[k]) {
             (Some(one), Some(other)) => Some(one.max(other)),
             (one, other) => one.or(other),
         };
-        Self { errors_um: [larger(0), larger(1)], motion: InterpretedMotionDoc { kind, ..next.motion } }
+        Self { errors_um: [larger(0), larger(1)], kind, ..next }
     }
 }
+
+/// Poses of one turn of an arc, which looks round then: one every 5 degrees.
+const POSES_PER_TURN: f64 = 72.0;
+/// Most poses of one arc: a helix may have any number of turns.
+const MOST_POSES_OF_ARC: f64 = 720.0;
 
 /// A path with a largest number of poses. A longer program does not make it longer: each pose then stands for several
 /// motions.
@@ -134,14 +144,28 @@ impl JobPath {
         Self { errors, most: most.max(2), together: 1, open: None, poses: Vec::new() }
     }
 
-    /// Adds a motion. One whose place is not known is left out.
-    pub fn add(&mut self, motion: InterpretedMotionDoc) {
-        if motion.tip_mm.is_none() || motion.axis.is_none() {
-            return;
-        }
-        let is_rapid = motion.kind == MotionKindDoc::Rapid;
+    /// Adds a motion, an arc in pieces. One whose place is not known is left out.
+    pub fn add(&mut self, motion: &InterpretedMotion) {
+        let is_rapid = motion.kind == InterpretedKind::Rapid;
         let errors_um = if is_rapid { [None; 2] } else { self.errors.at(motion.line) };
-        let pose = PathPose { motion, errors_um };
+        let turns = motion.arc.map_or(0.0, |arc| arc.turns);
+        // Pieces that would be put together again are not made.
+        let pieces = ((turns * POSES_PER_TURN).min(MOST_POSES_OF_ARC) / self.together as f64).ceil();
+        let mut piece = 1.0;
+        while piece < pieces {
+            if let Some(part) = motion.until(piece / pieces) {
+                self.add_end(&part, errors_um);
+            }
+            piece += 1.0;
+        }
+        self.add_end(motion, errors_um);
+    }
+
+    /// Adds the end of a motion.
+    fn add_end(&mut self, motion: &InterpretedMotion, errors_um: [Option<f64>; 2]) {
+        let (Some(tip_mm), Some(axis)) = (motion.tip_mm, motion.axis) else { return };
+        let InterpretedMotion { line, kind, joints, .. } = *motion;
+        let pose = PathPose { line, kind, joints, tip_mm, axis, errors_um };
         let (pose, count) = match self.open.take() {
             Some((open, count)) => (open.and(pose), count + 1),
             None => (pose, 1),
@@ -199,10 +223,8 @@ impl JobPath {
             "before_um",
             "after_um",
         ])?;
-        for PathPose { motion, errors_um } in &self.poses {
-            let three = |values: Option<[f64; 3]>| values.map_or([None; 3], |values| values.map(Some));
-            let (tip, axis) = (three(motion.tip_mm), three(motion.axis));
-            rows.serialize((motion.line, motion.kind, motion.joints.words, tip, axis, errors_um))?;
+        for PathPose { line, kind, joints, tip_mm, axis, errors_um } in &self.poses {
+            rows.serialize((line, MotionKindDoc::of(*kind), joints, tip_mm, axis, errors_um))?;
         }
         let out = rows.into_inner().map_err(csv::IntoInnerError::into_error)?;
         Ok((out, self.together))
@@ -211,14 +233,17 @@ impl JobPath {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
+    use crate::kinematics::Setup;
     use crate::machine::Preset;
     use crate::motion::CalledTool;
-    use crate::process::{InterpretedKind, InterpretedMotion};
+    use crate::process::{Interpreted, ProgramSetup, interpret_program};
 
-    fn motion(line: u32, kind: InterpretedKind) -> InterpretedMotionDoc {
+    fn motion(line: u32, kind: InterpretedKind) -> InterpretedMotion {
         let place = f64::from(line);
-        let motion = InterpretedMotion {
+        InterpretedMotion {
             line: line.into(),
             kind,
             joints: [Some(place); 5],
@@ -229,8 +254,7 @@ mod tests {
             tool_name: None,
             work_offset: None,
             arc: None,
-        };
-        InterpretedMotionDoc::of(&motion, &machine(), &|_| None)
+        }
     }
 
     fn machine() -> Machine {
@@ -241,9 +265,9 @@ mod tests {
         let report = r#"{"series": {
             "path_mm": [1, 2, 3], "line": [2, 40, 60], "before_um": [1, 9, 3], "after_um": [0.5, 0.75, 0.25]}}"#;
         let mut path = JobPath::new(ErrorsByLine::of(report), most);
-        path.add(motion(1, InterpretedKind::Rapid));
+        path.add(&motion(1, InterpretedKind::Rapid));
         for line in 2..=motions {
-            path.add(motion(line, InterpretedKind::Linear));
+            path.add(&motion(line, InterpretedKind::Linear));
         }
         let (text, together) = path.write(Vec::new(), &machine()).unwrap();
         let mut rows = csv::Reader::from_reader(&*text);
@@ -288,6 +312,47 @@ mod tests {
             let lines: Vec<u64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
             assert!(lines.is_sorted(), "{lines:?}");
         }
+    }
+
+    #[test]
+    fn an_arc_has_a_pose_every_five_degrees_and_fewer_in_a_long_path() {
+        let interpreted = |text: &str| {
+            let mut all = Vec::new();
+            let mut take = |told: &Interpreted| {
+                if let Interpreted::Motion(motion) = told {
+                    all.push(*motion);
+                }
+                Ok(())
+            };
+            let program = ProgramSetup { apply_errors: false, ..ProgramSetup::in_mm(&Setup::default()) };
+            let text = text.as_bytes().to_vec();
+            interpret_program(&machine(), &program, &text, &mut take, &|| ControlFlow::Continue(())).unwrap();
+            all
+        };
+        let motions = interpreted("G90 G17 G1 X10 Y0 Z0 A0 C0 F100\nG3 X-10 Y0 I-10 J0\nG1 X-20\n");
+        let mut path = JobPath::new(ErrorsByLine::default(), 1000);
+        motions.iter().for_each(|motion| path.add(motion));
+        assert_eq!(path.poses.len(), 1 + 36 + 1);
+        for (k, pose) in path.poses[1..37].iter().enumerate() {
+            let angle = (5.0 * (k as f64 + 1.0)).to_radians();
+            assert_eq!((pose.line, pose.kind), (2, InterpretedKind::Arc));
+            for (found, expected) in
+                pose.tip_mm.into_iter().zip([10.0 * angle.cos(), 10.0 * angle.sin(), 0.0])
+            {
+                assert!((found - expected).abs() < 1e-9, "{k}: {pose:?}");
+            }
+        }
+        let mut long = JobPath::new(ErrorsByLine::default(), 100);
+        for _ in 0..100 {
+            motions.iter().for_each(|motion| long.add(motion));
+        }
+        assert!((25..=100).contains(&long.poses.len()), "{}", long.poses.len());
+        // A helix of a million turns is not longer than one of ten.
+        let mut helix = motions[1];
+        helix.arc.as_mut().unwrap().turns = 1e6;
+        let mut path = JobPath::new(ErrorsByLine::default(), 1000);
+        path.add(&helix);
+        assert_eq!(path.poses.len(), 720);
     }
 
     #[test]

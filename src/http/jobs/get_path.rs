@@ -42,9 +42,9 @@ pub(super) struct PathQuery {
 ///
 /// One row for the end of every motion of the uploaded program, in its order: the words of the axes, the tip and the
 /// tool axis in the workpiece on the nominal machine, and the error before and after. In a long program a row stands
-/// for several motions: it has the end of the last one and the largest errors. The errors are those of the report's
-/// series; they are empty for rapids, and if the operation corrects nothing. Motions whose place is not known are
-/// left out.
+/// for several motions: it has the end of the last one and the largest errors. An arc has a row every 5 degrees. The
+/// errors are those of the report's series; they are empty for rapids, and if the operation corrects nothing. Motions
+/// whose place is not known are left out.
 #[operation(
     get,
     path = "/v1/jobs/{id}/path",

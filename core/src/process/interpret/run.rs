@@ -1,11 +1,12 @@
 //! The interpretation of a program, motion by motion. People check it first, and other program readers can be
 //! compared with it.
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use crate::contact::{Station, rotary_rad};
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, trig};
 use crate::machine::Machine;
 use crate::motion::{
     AxisWords, CalledTool, FeedMode, Interpolation, Motion, MotionKind, ToolName, Unfollowable, WorkOffset,
@@ -37,6 +38,8 @@ pub struct InterpretedArc {
     pub normal: [f64; 3],
     /// Number of turns; 0.25 for a quarter circle.
     pub turns: f64,
+    /// Its course in words.
+    course: ArcPath,
 }
 
 /// A motion as interpreted. Unknown values are `None`.
@@ -64,6 +67,26 @@ pub struct InterpretedMotion {
     pub work_offset: Option<WorkOffset>,
     /// The course of an arc.
     pub arc: Option<InterpretedArc>,
+}
+
+impl InterpretedMotion {
+    /// An arc up to this share of its course, above 0 and at most 1: its words and its tip there. The tool axis rests
+    /// along an arc. `None` if this is no arc, or if its course is not known.
+    #[must_use]
+    pub fn until(&self, share: f64) -> Option<Self> {
+        let InterpretedArc { centre_mm, normal, turns, course } = self.arc?;
+        let AxisWords { linear_mm: [x, y, z], rotary_deg: [first, second] } = course.words_at(share);
+        let (centre_mm, normal) = (Vec3::from(centre_mm), Vec3::from(normal));
+        let tip_mm = self.tip_mm.map(|end_mm| {
+            let arm_mm = Vec3::from(end_mm) - centre_mm;
+            let rise_mm = normal * arm_mm.dot(&normal);
+            // Back from the end, which is known.
+            let (sin, cos) = trig::sin_cos(TAU * turns * (share - 1.0));
+            let flat_mm = arm_mm - rise_mm;
+            (centre_mm + flat_mm * cos + normal.cross(&flat_mm) * sin + rise_mm * share).into()
+        });
+        Some(Self { joints: [x, y, z, first, second].map(Some), tip_mm, ..*self })
+    }
 }
 
 /// One entry of the interpretation: a motion, or the reason why a motion is left unchanged.
@@ -292,11 +315,12 @@ impl Understanding<'_> {
         let mut beside = centre;
         beside.linear_mm[across] += 1.0;
         let normal = (self.place(motion, &beside)? - at_centre).try_normalize(f64::EPSILON)?;
-        let turns = path.sweep_rad() / std::f64::consts::TAU;
+        let turns = path.sweep_rad() / TAU;
         Some(InterpretedArc {
             centre_mm: at_centre.into(),
             normal: (normal * turns.signum()).into(),
             turns: turns.abs(),
+            course: *path,
         })
     }
 }
@@ -369,6 +393,32 @@ mod tests {
         assert_eq!((arcs[1].normal, arcs[1].turns), ([-0.0, -0.0, -1.0], 1.0));
         assert_eq!((arcs[2].normal, arcs[2].turns), ([0.0, 1.0, 0.0], 0.5));
         assert_eq!(arcs[2].centre_mm, [0.0, 10.0, 9.0]);
+    }
+
+    #[test]
+    fn an_arc_up_to_a_share_is_the_arc_that_ends_there() {
+        // A helix with the table turned: 210 degrees about its centre, up by 7.
+        let words = |turned_deg: f64, height_mm: f64| {
+            let (sin, cos) = trig::sin_cos(turned_deg.to_radians());
+            format!("X{:.12} Y{:.12} Z{height_mm:.12}", 20.0 + 10.0 * cos, -5.0 + 10.0 * sin)
+        };
+        let start = format!("G90 G17 G1 A30 C40 F100\n{}\n", words(0.0, 3.0));
+        let arc = |share: f64| {
+            let text = format!("{start}G3 {} I-10 J0\n", words(210.0 * share, 3.0 + 7.0 * share));
+            *motions(&stated(), &text).last().unwrap()
+        };
+        let whole = arc(1.0);
+        for share in [0.1, 0.5, 0.99, 1.0] {
+            let (until, ends) = (whole.until(share).unwrap(), arc(share));
+            let values = |motion: &InterpretedMotion| {
+                let joints = motion.joints.map(Option::unwrap);
+                [&joints[..], &motion.tip_mm.unwrap(), &motion.axis.unwrap()].concat()
+            };
+            for (one, other) in values(&until).into_iter().zip(values(&ends)) {
+                assert!((one - other).abs() < 1e-9, "{share}: {until:?} {ends:?}");
+            }
+        }
+        assert_eq!(motions(&stated(), &start)[1].until(0.5), None);
     }
 
     #[test]
