@@ -331,7 +331,9 @@ mod tests {
         };
         let motions = interpreted("G90 G17 G1 X10 Y0 Z0 A0 C0 F100\nG3 X-10 Y0 I-10 J0\nG1 X-20\n");
         let mut path = JobPath::new(ErrorsByLine::default(), 1000);
-        motions.iter().for_each(|motion| path.add(motion));
+        for motion in &motions {
+            path.add(motion);
+        }
         assert_eq!(path.poses.len(), 1 + 36 + 1);
         for (k, pose) in path.poses[1..37].iter().enumerate() {
             let angle = (5.0 * (k as f64 + 1.0)).to_radians();
@@ -344,7 +346,9 @@ mod tests {
         }
         let mut long = JobPath::new(ErrorsByLine::default(), 100);
         for _ in 0..100 {
-            motions.iter().for_each(|motion| long.add(motion));
+            for motion in &motions {
+                long.add(motion);
+            }
         }
         assert!((25..=100).contains(&long.poses.len()), "{}", long.poses.len());
         // A helix of a million turns is not longer than one of ten.
