@@ -106,3 +106,8 @@ function Page() {
 
 const root = document.getElementById("page");
 if (root) render(<Page />, root);
+
+// When the first view is there and nothing else is to be done.
+const makeReady = () => void import("./machine3d/renderer").then(({ prepare }) => prepare());
+if ("requestIdleCallback" in window) requestIdleCallback(makeReady);
+else setTimeout(makeReady, 1000);

@@ -9,10 +9,11 @@ import {
   Scene,
   Sphere,
   Vector3,
-  WebGLRenderer,
+  type WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { colour } from "../settings/theme";
+import { renderer } from "./renderer";
 
 export class Stage {
   readonly scene = new Scene();
@@ -28,7 +29,7 @@ export class Stage {
 
   /** Throws if the browser has no WebGL. */
   constructor(readonly place: HTMLElement) {
-    this.renderer = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
+    this.renderer = renderer();
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     place.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);

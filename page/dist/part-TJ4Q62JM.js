@@ -1,0 +1,1 @@
+import{$ as r}from"./part-BJ4XVPCP.js";var e=null,n=()=>new r({antialias:!0,preserveDrawingBuffer:!0});function o(){let t=e??n();return e=null,t}function u(){try{e??=n()}catch{}}export{o as a,u as b};
