@@ -93,10 +93,12 @@ impl Problem {
         self
     }
 
-    /// The same problem, about this one of several files.
+    /// The same problem, about this one of several files. A problem of the request's parameters is about all of them.
     #[must_use]
     pub fn about(mut self, path: &str) -> Self {
-        self.0.detail = format!("{path}: {}", self.0.detail);
+        if self.0.errors.is_empty() {
+            self.0.detail = format!("{path}: {}", self.0.detail);
+        }
         self
     }
 

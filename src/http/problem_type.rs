@@ -129,7 +129,7 @@ catalogue! {
     ProcessDied = INTERNAL_SERVER_ERROR, "process-died", "The process ended while it computed the job",
         "The process ended unexpectedly three times while it computed this job beside other work, then five times while it computed this job alone. The job is not tried again. Its program is kept; report the defect with it.";
     QueueFull = SERVICE_UNAVAILABLE, "queue-full", "The queue is full",
-        "The largest allowed number of jobs is waiting (max_queued_jobs). Retry after the time that Retry-After names; use the same Idempotency-Key, so that the job is created only once.";
+        "The jobs of the request would exceed the largest allowed number of waiting jobs (max_queued_jobs). Retry after the time that Retry-After names; use the same Idempotency-Key, so that the job is created only once.";
     Busy = SERVICE_UNAVAILABLE, "busy", "All computation places are busy",
         "All places of the computation pool are taken. Retry after the time that Retry-After names.";
     MemoryBudget = SERVICE_UNAVAILABLE, "memory-budget", "There is no memory for the request now",

@@ -17,7 +17,7 @@ use crate::shares::NoShare;
 use crate::store::{BlobFault, Draft, DraftTooLong};
 
 /// Most programs in one archive: each has a file open until all of them are accepted.
-pub const MOST_PROGRAMS: usize = 100;
+const MOST_PROGRAMS: usize = 100;
 /// Most files and folders in one archive, with those that are left out.
 const MOST_ENTRIES: usize = 1000;
 /// Longest path of a file in an archive \[characters\].
@@ -25,35 +25,35 @@ const LONGEST_PATH: usize = 500;
 /// Bytes unpacked at a time.
 const PIECE_BYTES: usize = 64 * 1024;
 
-/// Why the programs of an archive cannot be had.
+/// Why the programs of an archive cannot be taken.
 #[derive(Debug, Error)]
 pub enum ArchiveFault {
     /// It is no archive, or it is damaged.
-    #[error("the zip archive cannot be read: {0}. Make it again")]
+    #[error("the zip archive cannot be read: {0}. Make the archive again")]
     Unreadable(ZipError),
     /// It has too many files and folders.
-    #[error("the archive has {found} files and folders; at most {MOST_ENTRIES} are read. Divide it")]
+    #[error("the archive has {found} files and folders; at most {MOST_ENTRIES} are read. Divide the archive")]
     TooManyEntries {
         /// Files and folders.
         found: usize,
     },
     /// It has too many programs.
-    #[error("the archive has more than {MOST_PROGRAMS} programs, which is the limit. Divide it")]
+    #[error("the archive has more than {MOST_PROGRAMS} programs, which is the limit. Divide the archive")]
     TooManyPrograms,
     /// It has no program.
     #[error("the archive has no program; put the programs into it as files")]
     Empty,
     /// A path has characters that are not text, or is too long.
     #[error(
-        "the path of file {number} of the archive is not text of 1 to {LONGEST_PATH} characters without control characters. \
-         Rename it"
+        "the path of entry {number} of the archive is empty, longer than {LONGEST_PATH} characters, not text, or has control \
+         characters. Rename the file"
     )]
     Path {
-        /// Position of the file in the archive, from 1.
+        /// Position of the entry in the archive, from 1; folders count.
         number: usize,
     },
     /// Two files have one path.
-    #[error("the archive has {path} twice. Keep one of them")]
+    #[error("two files of the archive have the path {path}. Keep one of them")]
     Twice {
         /// The path.
         path: String,
@@ -171,7 +171,8 @@ fn is_legible(path: &str) -> bool {
 
 /// Whether a file was added by the system on which the archive was made.
 fn is_of_the_system(path: &str) -> bool {
-    path.split(['/', '\\']).any(|part| part.starts_with('.') || part == "__MACOSX")
+    let is_hidden = |name: &str| name.starts_with('.') && !matches!(name, "." | "..");
+    path.split(['/', '\\']).any(|name| is_hidden(name) || name == "__MACOSX")
 }
 
 enum Copying {

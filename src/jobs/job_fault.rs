@@ -40,11 +40,13 @@ pub enum JobFault {
     /// The caller holds its full share.
     #[error(transparent)]
     NoShare(#[from] NoShare),
-    /// As many jobs wait as may.
-    #[error("{waiting} jobs are already waiting, the limit of max_queued_jobs; retry later")]
+    /// More jobs would wait than may.
+    #[error(
+        "the queue has no room: at most {limit} jobs may wait (max_queued_jobs). Retry later, or post fewer programs at once"
+    )]
     QueueFull {
-        /// How many.
-        waiting: usize,
+        /// Jobs that may wait.
+        limit: usize,
     },
     /// The machine's revision cannot be read: a fault of the service.
     #[error("the machine's revision cannot be used any more")]

@@ -47,7 +47,7 @@ mod workplace;
 
 pub use acceptance::{Accepted, already_done, steps_done, with_wear};
 pub use api_keys::{HeldKey, IssueFault, IssuedKey, KeyRefusal, KeyRing, issue_key, key_id_of};
-pub use archive::{ArchiveFault, MOST_PROGRAMS, Unpacked, unpack};
+pub use archive::{ArchiveFault, Unpacked, unpack};
 pub use asking::{asked_by, asker};
 pub use calibration::{
     CalibrationReading, due_at, evaluate, evaluate_ballbar, evaluate_budget, measured_at, period, time_bound,

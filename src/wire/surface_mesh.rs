@@ -44,7 +44,7 @@ impl SurfaceReading {
     pub fn check_with_contact(&self, contact: Contact, is_uploaded: bool, faults: &mut FaultList) {
         self.check(is_uploaded, faults);
         let detail = match contact {
-            Contact::Surface if !is_uploaded => Some("missing: a surface in the form field surface"),
+            Contact::Surface if !is_uploaded => Some("missing: a surface in the form field surface, which /v1/job-batches does not have"),
             Contact::Surface | Contact::Auto => None,
             _ => {
                 is_uploaded.then_some("a surface came with the program, but this contact does not use it; remove it or set contact to surface")

@@ -5,6 +5,7 @@ use reqwest::multipart::{Form, Part};
 use reqwest::{Client, Method, Response, StatusCode};
 use serde_json::{Value, json};
 
+use crate::job_batches::archive;
 use crate::support::{App, ac_table, description, pointers, problem, spawn, spawn_with};
 
 /// What is open at every service.
@@ -37,6 +38,7 @@ const SCOPES: &[(&str, &str)] = &[
     ("post /v1/machines/{machine_id}/verification", "compute"),
     ("post /v1/machines/{machine_id}/wear-compensation", "compute"),
     ("post /v1/jobs", "compute"),
+    ("post /v1/job-batches", "compute"),
     ("delete /v1/jobs/{id}", "compute"),
     ("post /v1/jobs/{id}/deliveries", "compute"),
     ("post /v1/scallop-height", "compute"),
@@ -553,16 +555,21 @@ async fn a_body_does_not_name_a_machine_out_of_reach() {
     for operation in operations() {
         let path = operation.path.as_str();
         let by_path = path.contains("{machine_id}") || path.contains("{id}") || operation.method == "get";
-        let tried = bodies.iter().any(|(known, _)| *known == path) || path == "/v1/jobs";
+        let takes_jobs = ["/v1/jobs", "/v1/job-batches"].contains(&path);
+        let tried = bodies.iter().any(|(known, _)| *known == path) || takes_jobs;
         let nowhere = ["/v1/keys", "/v1/scallop-height", "/v1/wear-advice", "/v1/webhooks/secret/rotation"]
             .contains(&path);
         assert!(by_path || tried || nowhere, "{path}: can its body name a machine?");
-        if path == "/v1/jobs" && operation.method == "post" {
+        if takes_jobs && operation.method == "post" {
             let post = async |machine: &str| {
                 let job = json!({"machine_id": machine, "operation": "cc-compensation",
                     "parameters": {"tool_radius_mm": 5, "contact": "tip"}});
                 let form = Form::new().text("job", job.to_string());
-                let form = form.part("program", Part::text("g1 x1\n").file_name("a.nc"));
+                let form = if path == "/v1/jobs" {
+                    form.part("program", Part::text("g1 x1\n").file_name("a.nc"))
+                } else {
+                    form.part("programs", Part::bytes(archive(&[("a.nc", b"g1 x1\n")])).file_name("a.zip"))
+                };
                 stranger().post(app.url(path)).bearer_auth(&key).multipart(form).send().await.unwrap()
             };
             let theirs = post("theirs").await;

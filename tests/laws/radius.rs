@@ -170,14 +170,13 @@ proptest! {
             }
             let last = own[own.len() - 1];
             let points = course(at, last);
+            prop_assert!(distance(points[points.len() - 1], end(last)) < ROUNDING_MM, "{}\nline {}", text, line);
             // The first piece is the way in.
             let beside_it = if index == 0 { &points[points.len() - 1..] } else { &points[..] };
             for point in beside_it {
                 let left = left_of(piece, *point);
-                // The tool also stands back from the piece after a way in that is cut off.
-                let is_way_in = index == 0 && (left - beside).abs() > ROUNDING_MM;
                 prop_assert!(
-                    (left - beside).abs() < ROUNDING_MM || is_way_in,
+                    (left - beside).abs() < ROUNDING_MM,
                     "{}\nline {}: {:?} is {} left", text, line, point, left
                 );
             }

@@ -39,8 +39,8 @@ struct JobBatchForm {
 /// Post many jobs
 ///
 /// Queues one job for each program of a zip archive, all with the same machine, operation and parameters. All of them
-/// are accepted or none. The programs together may have as many bytes as one program (`max_body_bytes`). Operations on
-/// the part's surface take their programs one by one.
+/// are accepted or none. The programs together may have as many bytes as one program (`max_body_bytes`). A job
+/// that needs an STL file of the part cannot be in an archive: post it to `/v1/jobs`.
 #[operation(
     post,
     path = "/v1/job-batches",

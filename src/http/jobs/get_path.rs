@@ -42,8 +42,8 @@ pub(super) struct PathQuery {
 ///
 /// One row for the end of every motion of the uploaded program, in its order: the words of the axes, the tip and the
 /// tool axis in the workpiece on the nominal machine, and the error before and after. In a long program a row stands
-/// for several motions: it has the end of the last one and the largest errors. An arc has a row every 5 degrees. The
-/// errors are those of the report's series; they are empty for rapids, and if the operation corrects nothing. Motions
+/// for several motions: it has the end of the last one and the largest errors. An arc also
+/// has rows along its course: one at least every 5 degrees, at most 720. The errors are those of the report's series; they are empty for rapids, and if the operation corrects nothing. Motions
 /// whose place is not known are left out.
 #[operation(
     get,

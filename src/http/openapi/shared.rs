@@ -54,7 +54,8 @@ fn gather_common_refusals(document: &mut Value) {
     let words = common.iter().map(|(status, response)| {
         format!("{status} {}", response.get("description").and_then(Value::as_str).unwrap_or_default())
     });
-    let description = format!("What every operation can answer: {}", words.collect::<Vec<_>>().join("; "));
+    let description =
+        format!("Every operation can give these refusals: {}", words.collect::<Vec<_>>().join("; "));
     let mut gathered = json!({ "description": description });
     for part in ["content", "headers"] {
         if let Some(found) = common.values().find_map(|response| response.get(part)) {
@@ -230,7 +231,7 @@ mod tests {
         let mut document =
             json!({ "components": {}, "paths": {"/a": {"get": lost("a")}, "/b": {"put": lost("b")}} });
         share(&mut document);
-        let common = refusal("What every operation can answer: 414 Long.; 500 Broken.");
+        let common = refusal("Every operation can give these refusals: 414 Long.; 500 Broken.");
         assert_eq!(document["components"]["responses"]["default"], common);
         let responses = document["paths"]["/b"]["put"]["responses"].as_object().unwrap();
         assert_eq!(responses.keys().collect::<Vec<_>>(), ["200", "404", "default"]);

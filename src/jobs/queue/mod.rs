@@ -200,7 +200,7 @@ impl Queue {
         let shared = &*self.0;
         let room = shared.store.queue_room(&shared.room(), more).await?;
         room.map_err(|refused| match refused {
-            NoShare::Full { .. } => JobFault::QueueFull { waiting: shared.limits.max_queued },
+            NoShare::Full { .. } => JobFault::QueueFull { limit: shared.limits.max_queued },
             over @ NoShare::OverShare { .. } => over.into(),
         })
     }
@@ -274,7 +274,7 @@ impl Queue {
                 shared.more.notify_one();
                 Ok(rows.into_iter().map(|(row, _)| row).collect())
             }
-            Enqueued::Full => Err(JobFault::QueueFull { waiting: shared.limits.max_queued }),
+            Enqueued::Full => Err(JobFault::QueueFull { limit: shared.limits.max_queued }),
             Enqueued::NoShare(over) => Err(over.into()),
             Enqueued::KeyTaken => {
                 let mut earlier = Vec::with_capacity(rows.len());

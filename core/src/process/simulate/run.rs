@@ -150,9 +150,7 @@ fn for_each_motion(
                     }
                     // With either interpolation mode, the axis positions depend on the set-up while the tool turns.
                     if let Some(kind) = set_ups.now.missing_for_place().filter(|_| turns(motion)) {
-                        let block = passage.batch.blocks().get(motion.block as usize);
-                        let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
-                        faults.add(motion.line, text, kind);
+                        faults.add(motion.line, passage.block_text(motion), kind);
                     }
                     take(SeenMotion::Piece(motion, &piece))?;
                 }

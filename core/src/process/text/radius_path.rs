@@ -84,7 +84,7 @@ impl RadiusPath {
         if is_idle && motions.iter().all(|motion| motion.compensation.is_none()) {
             return;
         }
-        // Their own blocks may have been in another batch. Nothing of a block's text is used for them.
+        // Their own blocks may have been in another batch: then no text is quoted for them.
         self.held.iter_mut().for_each(|(motion, _)| motion.block = 0);
         for (index, motion) in motions.iter().enumerate() {
             let placed = (*motion, positions.get(index).copied().unwrap_or_default());

@@ -43,6 +43,14 @@ pub(in crate::process) struct Passage {
     pub(in crate::process) positions: Vec<[Option<f64>; 5]>,
 }
 
+impl Passage {
+    /// The text of a motion's block; empty if the block was in an earlier passage.
+    pub(in crate::process) fn block_text(&self, motion: &Motion) -> &[u8] {
+        let block = self.batch.blocks().get(motion.block as usize);
+        block.filter(|block| block.line == motion.line).map_or(&[], |block| self.batch.block_text(block))
+    }
+}
+
 /// Consecutive passages that are worked on together.
 #[derive(Debug, Default)]
 pub(in crate::process) struct Stretch {

@@ -142,9 +142,7 @@ impl Workshop<'_> {
                     Ok(Some(course)) => {
                         let missing = mill.set_ups.now.missing_for_place();
                         if let Some(kind) = missing.filter(|_| course.hangs_on_set_up()) {
-                            let block = passage.batch.blocks().get(motion.block as usize);
-                            let text = block.map_or(&[][..], |block| passage.batch.block_text(block));
-                            faults.add(motion.line, text, kind);
+                            faults.add(motion.line, passage.block_text(motion), kind);
                         }
                         if faults.total == 0 {
                             mill.run(&course)?;

@@ -162,13 +162,19 @@ export function requestOf({ kind, when, instrument, operator, temperature, note,
   };
 }
 
+/** A comma parts cells only where it cannot be a decimal comma: beside a decimal point, or before a blank. */
+function separatorOf(line: string, columns: number): RegExp {
+  if (/[\t;]/.test(line)) return /[\t;]/;
+  if (/\.|,\s/.test(line) && line.split(",").length === columns) return /,/;
+  return /\s+/;
+}
+
 /** The cells of a text from a spreadsheet or a file. Lines without a number, such as headings, are left out. */
 export function cellsOf(text: string, columns: number): string[][] {
   return text
     .split(/\r?\n/)
     .map((line) => {
-      const at = /[\t;]/.test(line) ? /[\t;]/ : /\S\s+\S/.test(line) ? /\s+/ : line.split(",").length === columns ? "," : "\t";
-      return line.trim() === "" ? [] : line.replace(/\r$/, "").split(at).map((cell) => cell.trim());
+      return line.trim() === "" ? [] : line.trim().split(separatorOf(line, columns)).map((cell) => cell.trim());
     })
     .filter((cells) => cells.some((cell) => read(cell) !== undefined));
 }
