@@ -172,12 +172,14 @@ impl Share {
         if wanted > allowed { Err(NoShare::OverShare { quota, used: own, allowed }) } else { Ok(()) }
     }
 
+    /// What one caller may hold of what the others leave.
+    #[must_use]
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "not negative, and no more than `left`"
     )]
-    fn of(self, left: u64) -> u64 {
+    pub fn of(self, left: u64) -> u64 {
         ((left as f64 * self.0).ceil() as u64).min(left)
     }
 }

@@ -47,13 +47,13 @@ pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&
     })
 }
 
-/// The key of one part of a request that stores several things. The first part has the key of the request, so that the
-/// key of another request is found out.
+/// The key of one part of a request that stores several things. The first part has the key of the request, so that a
+/// key that another request used is refused.
 pub(super) fn key_of_part(used: Option<&KeyUse>, part: usize) -> Option<KeyUse> {
     let mut used = used?.clone();
     if part > 0 {
-        // A client cannot send a tab.
-        used.key = format!("{}\t{part}", used.key);
+        // A client cannot send a tab. A key may be as long as the store takes.
+        used.key = format!("{}\t{part}", sha256_hex(used.key.as_bytes()));
     }
     Some(used)
 }

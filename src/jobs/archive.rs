@@ -123,7 +123,7 @@ pub fn unpack(archive: &Draft, spool: &Spool, limit: u64, stop: &Stop<'_>) -> Re
     let mut unpacked = Unpacked { programs: Vec::new(), left_out: Vec::new() };
     for (index, entry) in archive.files().map_err(ArchiveFault::Unreadable)?.enumerate() {
         let entry = entry.map_err(ArchiveFault::Unreadable)?;
-        if entry.is_dir() {
+        if entry.is_dir() && entry.size() == 0 {
             continue;
         }
         let path = entry.name().ok().filter(|path| is_legible(path)).map(std::borrow::Cow::into_owned);
@@ -141,6 +141,7 @@ pub fn unpack(archive: &Draft, spool: &Spool, limit: u64, stop: &Stop<'_>) -> Re
         let how = match entry.compression() {
             _ if entry.encrypted() => Some("encrypted"),
             _ if entry.is_symlink() => Some("a link"),
+            _ if entry.is_dir() => Some("a folder with content"),
             CompressionMethod::Stored | CompressionMethod::Deflated => None,
             _ => Some("compressed by a method that is not read"),
         };

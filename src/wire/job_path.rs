@@ -122,8 +122,8 @@ impl PathPose {
 
 /// Poses of one turn of an arc, which looks round then: one every 5 degrees.
 const POSES_PER_TURN: f64 = 72.0;
-/// Most poses of one arc: a helix may have any number of turns.
-const MOST_POSES_OF_ARC: f64 = 720.0;
+/// Most poses of one arc: a helix may have any number of turns. Beyond ten thousand it would no longer look like one.
+const MOST_POSES_OF_ARC: f64 = 20_000.0;
 
 /// A path with a largest number of poses. A longer program does not make it longer: each pose then stands for several
 /// motions.
@@ -198,7 +198,7 @@ impl JobPath {
         }
     }
 
-    /// Writes the table. Returns how many motions a pose stands for at most.
+    /// Writes the table. Returns how many motions, or pieces of arcs, a pose stands for at most.
     ///
     /// # Errors
     /// The rows cannot be written.
@@ -351,12 +351,12 @@ mod tests {
             }
         }
         assert!((25..=100).contains(&long.poses.len()), "{}", long.poses.len());
-        // A helix of a million turns is not longer than one of ten.
+        // A helix of a million turns is not longer than one of some hundred.
         let mut helix = motions[1];
         helix.arc.as_mut().unwrap().turns = 1e6;
-        let mut path = JobPath::new(ErrorsByLine::default(), 1000);
+        let mut path = JobPath::new(ErrorsByLine::default(), 100_000);
         path.add(&helix);
-        assert_eq!(path.poses.len(), 720);
+        assert_eq!(path.poses.len(), 20_000);
     }
 
     #[test]

@@ -119,12 +119,17 @@ async fn a_batch_that_is_posted_again_with_its_key_gets_the_same_jobs() {
     problem(post(&app, &other, sent.clone(), Some("K")).await, "idempotency-key-reused").await;
     let fewer = archive(&[("a.nc", PROGRAM.as_bytes())]);
     problem(post(&app, &job(), fewer, Some("K")).await, "idempotency-key-reused").await;
+    // The longest key is one too.
+    let long = "K".repeat(255);
+    let first: Value = post(&app, &job(), sent.clone(), Some(&long)).await.json().await.unwrap();
+    let again: Value = post(&app, &job(), sent.clone(), Some(&long)).await.json().await.unwrap();
+    assert_eq!((ids(&first).len(), ids(&first)), (2, ids(&again)));
     // The key of a single job is no key of a batch, and the other way round.
     let single =
         Form::new().text("job", job().to_string()).part("program", Part::text(PROGRAM).file_name("a.nc"));
     let single = app.client.post(app.url("/v1/jobs")).header("Idempotency-Key", "K").multipart(single);
     problem(single.send().await.unwrap(), "idempotency-key-reused").await;
-    assert_eq!(jobs(&app).await.len(), 4);
+    assert_eq!(jobs(&app).await.len(), 6);
 }
 
 #[tokio::test]
@@ -133,7 +138,9 @@ async fn a_batch_is_accepted_whole_or_not_at_all() {
     let texts: Vec<_> = (0..6).map(|k| (format!("{k}.nc"), format!("G21\nG1 X{k} F100\nM30\n"))).collect();
     let files: Vec<_> = texts.iter().map(|(path, text)| (path.as_str(), text.as_bytes())).collect();
     let answer = post(&app, &job(), archive(&files), None).await;
-    problem(answer, "queue-full").await;
+    // Five may wait, three quarters of them of one caller: it would never have room.
+    let body = problem(answer, "invalid-request").await;
+    assert_eq!(pointers(&body), ["/programs"]);
     assert_eq!((jobs(&app).await.len(), app.files()), (0, (0, 0)));
     let damaged = {
         let mut bytes = archive(&files[..3]);

@@ -108,7 +108,7 @@ pub(in crate::process) const ABSOLUTE_CENTRES: u32 = 901;
 pub(in crate::process) const INCREMENTAL_CENTRES: u32 = 911;
 /// Start and end of an arc lie on one circle within this length, or within this share of the radius. Words have three
 /// decimals, and controls have similar limits.
-const RADIUS_SLACK_MM: f64 = 0.01;
+pub(in crate::process) const RADIUS_SLACK_MM: f64 = 0.01;
 const RADIUS_SLACK_SHARE: f64 = 1e-3;
 /// Ends that are closer together in the plane are one point \[mm\].
 const SAME_MM: f64 = 1e-6;

@@ -114,6 +114,15 @@ async fn accept(
     order: JobOrder,
     (paths, drafts, keys): (&[String], Vec<Draft>, Vec<Option<KeyUse>>),
 ) -> Result<Vec<JobRow>, Problem> {
+    let most = app.queue.most_of_caller();
+    if drafts.len() as u64 > most {
+        let detail = format!(
+            "the archive has {} programs, but at most {most} jobs of one caller may wait (max_queued_jobs, \
+             max_share_per_caller). Divide the archive",
+            drafts.len()
+        );
+        return Err(invalid("/programs", detail));
+    }
     app.queue.check_room(drafts.len()).await?;
     let parameter_bytes = parsed_bytes(order.canonical.as_bytes());
     let ordered = Ordered::new(app, parts, caller, order).await?;

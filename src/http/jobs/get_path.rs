@@ -33,7 +33,7 @@ const USUAL_POSES: usize = 20_000;
 #[serde(deny_unknown_fields, default)]
 #[into_params(parameter_in = Query)]
 pub(super) struct PathQuery {
-    /// Largest number of poses. A longer program gets one pose for 2, 4, 8 … motions.
+    /// Largest number of poses. A longer path gets one row for 2, 4, 8 … rows.
     #[param(minimum = 2, maximum = 100_000, default = 20_000)]
     poses: Option<usize>,
 }
@@ -43,7 +43,7 @@ pub(super) struct PathQuery {
 /// One row for the end of every motion of the uploaded program, in its order: the words of the axes, the tip and the
 /// tool axis in the workpiece on the nominal machine, and the error before and after. In a long program a row stands
 /// for several motions: it has the end of the last one and the largest errors. An arc also
-/// has rows along its course: one at least every 5 degrees, at most 720. The errors are those of the report's series; they are empty for rapids, and if the operation corrects nothing. Motions
+/// has rows along its course: one at least every 5 degrees, at most 20 000. The errors are those of the report's series; they are empty for rapids, and if the operation corrects nothing. Motions
 /// whose place is not known are left out.
 #[operation(
     get,
@@ -53,7 +53,7 @@ pub(super) struct PathQuery {
     params(("id" = String, Path, description = "The job", example = "0195a3f0-7c3e-7b1a-8b57-3f1c2d4e5f60"), PathQuery),
     responses(
         (status = 200, description = "The table", body = String, content_type = "text/csv",
-            headers(("Trunnion-Motions-Per-Pose" = i64, description = "Number of motions that a row stands for at most")),
+            headers(("Trunnion-Motions-Per-Pose" = i64, description = "Number of motions, or pieces of arcs, that a row stands for at most")),
             example = "line,kind,X,Y,Z,A,C,tip_x_mm,tip_y_mm,tip_z_mm,axis_i,axis_j,axis_k,before_um,after_um\n6,rapid,-20.9,-0.6,-4.6,-21.0,31.0,-21.6,5.7,-3.9,-0.184,0.307,0.934,,\n7,linear,-19.0,-1.3,-4.9,-21.8,28.8,-19.8,6.7,-3.9,-0.179,0.325,0.928,18.1,4.5\n"),
         Refusals,
     )

@@ -192,6 +192,13 @@ impl Queue {
         Ok(QueueReading { queued, running, oldest_s: waited.unwrap_or(0.0).max(0.0) })
     }
 
+    /// The largest number of jobs of one caller that may wait, if nobody else's wait.
+    #[must_use]
+    pub fn most_of_caller(&self) -> u64 {
+        let limits = self.0.limits;
+        limits.share.of(limits.max_queued as u64)
+    }
+
     /// Whether `more` jobs may wait; checked before their files are taken.
     ///
     /// # Errors

@@ -10,7 +10,7 @@ use crate::motion::{
     ArcCourse, AxisWords, ContactWords, FeedMode, Interpolation, Motion, MotionKind, RadiusCompensation,
     Unfollowable,
 };
-use crate::process::arc_path::{ArcModes, ArcPath};
+use crate::process::arc_path::{ArcModes, ArcPath, RADIUS_SLACK_MM};
 use crate::program::{Address, Batch};
 
 /// Positions of X Y Z \[mm\] and of the rotary axes \[deg\], as far as known.
@@ -64,6 +64,9 @@ const BACKWARDS_MM: f64 = 1e-9;
 const MORE_SWEEP_RAD: f64 = 1e-3;
 /// The same of an arc that is not cut off, whose ends are smoothed corners \[rad\].
 const MORE_SMOOTHED_RAD: f64 = 0.2;
+/// The circle of a programmed arc misses its end by no more than words of three decimals explain. Controls differ in
+/// which of its two radii they cut with at a corner \[mm\].
+const MOST_MISSED_MM: f64 = 0.003;
 /// Places this close are one \[mm\].
 const SAME_MM: f64 = 2e-6;
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
@@ -271,7 +274,8 @@ impl RadiusPath {
             }
             Corner::Around => {
                 let next_start_mm = next.beside(way.beside_mm)?.start_mm;
-                self.let_go(way, last, last_from_mm, last_end_mm, false)?;
+                // The control allows no arc before such a corner to grow.
+                self.let_go(way, last, last_from_mm, last_end_mm, true)?;
                 let start = motion.start?;
                 let mut around = *motion;
                 // A rapid goes around a corner in a straight line.
@@ -308,7 +312,10 @@ impl RadiusPath {
             let programmed_rad = piece.sweep_rad(piece.start_mm, piece.end_mm);
             is_one_place == was_round && piece.sweep_rad(from_mm, to_mm) <= programmed_rad + more_rad
         };
-        if !is_forwards {
+        // The course of an arc would not be known.
+        let is_circle =
+            piece.circle.is_none_or(|circle| missed_mm(circle.centre_mm, from_mm, to_mm) <= RADIUS_SLACK_MM);
+        if !(is_forwards && is_circle) {
             return None;
         }
         for (index, (mut motion, _)) in self.held.drain(..).enumerate() {
@@ -326,8 +333,9 @@ impl RadiusPath {
 
 impl UnderWay {
     fn new(motion: &Motion, number: u32, beside_mm: f64) -> Self {
-        let is_lost = motion.plane.is_none() || beside_mm.abs() < MIN_RADIUS_MM;
         let plane = motion.plane.unwrap_or(2);
+        // LinuxCNC compensates in XY and ZX alone.
+        let is_lost = motion.plane.is_none() || plane == 0 || beside_mm.abs() < MIN_RADIUS_MM;
         Self { number, beside_mm, plane, is_lost, last: None, programmed_mm: [0.0; 2] }
     }
 
@@ -353,8 +361,17 @@ impl UnderWay {
         let modes = ArcModes::new(compensation.is_clockwise?, compensation.absolute_centres?);
         let arc = ArcPath::of(modes, batch, motion, [start, end]).ok()?;
         let centre_mm = of_plane(arc.centre().0, self.plane);
+        if missed_mm(centre_mm, from_mm, to_mm) > MOST_MISSED_MM {
+            return None;
+        }
         PlanePiece::arc(from_mm, to_mm, PlaneCircle { centre_mm, is_clockwise: arc.sweep_rad() < 0.0 })
     }
+}
+
+/// By how much a circle about this centre through one place misses another \[mm\].
+fn missed_mm(centre_mm: [f64; 2], from_mm: [f64; 2], to_mm: [f64; 2]) -> f64 {
+    let radius_mm = |at_mm: [f64; 2]| (0..2).map(|k| (at_mm[k] - centre_mm[k]).powi(2)).sum::<f64>().sqrt();
+    (radius_mm(from_mm) - radius_mm(to_mm)).abs()
 }
 
 /// The axes of a plane among X Y Z, in its right-handed order.
