@@ -9,7 +9,7 @@ export interface Fact {
   long?: boolean;
 }
 
-/** Names with their values. What has no value is left out by who calls. */
+/** Names with their values. The caller leaves out a fact without a value. */
 export function Facts({ facts, class: kind = "" }: { facts: (Fact | false | null | undefined | "" | 0)[]; class?: string }) {
   const shown = facts.filter((fact): fact is Fact => Boolean(fact));
   return (

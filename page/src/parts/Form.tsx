@@ -15,7 +15,7 @@ interface FormProps {
   primary?: boolean;
   /** What is wrong with what is filled in: it is said, and nothing is sent. */
   fault?: string;
-  /** What is said when somebody else was faster. */
+  /** The text after 412: another client changed it first. */
   stale?: string;
 }
 

@@ -67,7 +67,7 @@ export function EnterRun({ machine, preview, cancel }: { machine: Machine; previ
         </div>
         {now.parts.map((part, at) => (
           <fieldset key={at} class="part">
-            <legend>{t.part(at + 1)}</legend>
+            <legend>{t.part(at + 1, isBar)}</legend>
             <div class="fields">
               <Choice label={texts.value.machines.axis} value={part.axis} set={(axis) => setPart(at, { axis })} options={axes.map((axis) => [axis, axis])} />
               {isBar && (
@@ -82,9 +82,9 @@ export function EnterRun({ machine, preview, cancel }: { machine: Machine; previ
                 </>
               )}
             </div>
-            <Readings label={t.readingsOf(at + 1)} heads={heads} rows={part.rows} set={(rows) => setPart(at, { rows })} />
+            <Readings label={t.readingsOf(t.part(at + 1, isBar))} heads={heads} rows={part.rows} set={(rows) => setPart(at, { rows })} />
             <button type="button" onClick={() => set({ parts: now.parts.filter((_part, index) => index !== at) })}>
-              {t.removePart(at + 1)}
+              {t.removePart(t.part(at + 1, isBar))}
             </button>
           </fieldset>
         ))}

@@ -94,6 +94,7 @@ export const isEmpty = (row: string[]) => row.every((cell) => cell.trim() === ""
 /** What the service would not even read. Whether the run is good enough is for the service to say. */
 export function faultsOf({ kind, when, parts, setup, bar, temperature }: Typed, t: Texts["calibrate"]): Fault[] {
   const faults: Fault[] = [];
+  const isBar = kind === "rtcp-ballbar";
   const whole = (words: string) => faults.push({ part: -1, row: -1, words });
   if (Number.isNaN(Date.parse(when))) whole(t.faults.when);
   for (const [name, value] of [
@@ -103,10 +104,10 @@ export function faultsOf({ kind, when, parts, setup, bar, temperature }: Typed, 
   ] as const)
     if (value.trim() !== "" && read(value) === undefined) whole(t.faults.notNumber(name, value));
   if (setup.some((value) => value.trim()) && !setup.every((value) => value.trim())) whole(t.faults.setup);
-  if (parts.length === 0) whole(t.faults.noTest);
+  if (parts.length === 0) whole(t.faults.noPart(isBar));
   parts.forEach((part, at) => {
-    const name = t.part(at + 1);
-    if (kind === "rtcp-ballbar" && part.ball.some((value) => read(value) === undefined))
+    const name = t.part(at + 1, isBar);
+    if (isBar && part.ball.some((value) => read(value) === undefined))
       faults.push({ part: at, row: -1, words: t.faults.ball(name) });
     const rows = part.rows.filter((row) => !isEmpty(row));
     if (rows.length === 0) faults.push({ part: at, row: -1, words: t.faults.noReadings(name) });
@@ -115,7 +116,7 @@ export function faultsOf({ kind, when, parts, setup, bar, temperature }: Typed, 
       row.forEach((cell, column) => {
         if (read(cell) !== undefined) return;
         // The angle of a sphere may be left out.
-        if (kind === "rotary-sphere" && column === 0 && cell.trim() === "") return;
+        if (!isBar && column === 0 && cell.trim() === "") return;
         const words = cell.trim() ? t.faults.notNumber(t.faults.row(name, index + 1), cell.slice(0, 20)) : t.faults.missing(name, index + 1);
         faults.push({ part: at, row: index, words });
       });
@@ -129,7 +130,7 @@ const given = <T extends object>(from: T) =>
 
 const point = (texts: string[]) => texts.map((text) => read(text) ?? 0) as Vector;
 
-/** What was left empty is not sent. */
+/** Empty fields are not sent. */
 export function requestOf({ kind, when, instrument, operator, temperature, note, bar, setup, parts }: Typed): RunRequest {
   const shared = {
     kind,

@@ -1,4 +1,4 @@
-// What a person filled in, as the request of a job. What was left empty is not sent: the service asks for it.
+// What a person filled in, as the request of a job. Empty fields are not sent: the service asks for them.
 
 import type { Operation, Problem } from "../../api/types";
 import { read } from "../../parts/parts";
