@@ -359,7 +359,7 @@ export const en = {
     readingsOf: (part: string) => `Readings of ${part.toLowerCase()}`,
     row: "Row",
     rowOf: (row: number) => `row ${row}`,
-    part: (part: number, isBar: boolean) => (isBar ? `Test ${part}` : `Axis entry ${part}`),
+    part: (part: number, isBar: boolean): string => (isBar ? `Test ${part}` : `Axis entry ${part}`),
     addTest: "Add a test",
     addAxis: "Add an axis",
     removePart: (part: string) => `Remove ${part.toLowerCase()}`,
@@ -368,7 +368,7 @@ export const en = {
     faults: {
       when: "State when the run was measured.",
       setup: "State both set-up errors, or none.",
-      noPart: (isBar: boolean) => (isBar ? "Add at least one test." : "Add at least one axis."),
+      noPart: (isBar: boolean): string => (isBar ? "Add at least one test." : "Add at least one axis."),
       ball: (test: string) => `${test}: state X, Y and Z of the spindle ball.`,
       noReadings: (test: string) => `${test} has no readings.`,
       row: (test: string, row: number) => `${test}, row ${row}`,
