@@ -278,7 +278,7 @@ const flows = {
     await page.waitForSelector(".upload .fault");
     await page.setInputFiles('.upload input[type="file"]', join(examples, "ballbar.json"));
     const told = JSON.parse(readFileSync(join(examples, "ballbar.json"), "utf8"));
-    assert.equal(await page.locator("[data-test]").count(), told.tests.length);
+    await page.waitForFunction((count) => document.querySelectorAll("[data-test]").length === count, told.tests.length);
     await check(page, "run before it is stored");
     await picture(page, "calibrate-preview");
     await page.click(".preview .primary");
