@@ -239,7 +239,7 @@ fn a_path_is_held_back_until_its_next_motion_wherever_that_is() {
 }
 
 /// Blocks under compensation that are left alone with those after them, until a block names X and Y without it.
-const LEFT_ALONE: [&str; 15] = [
+const LEFT_ALONE: [&str; 18] = [
     // Its radius is not in the text.
     "G41 D1\nG1 X10 F100\nX20\n",
     "G41\nG1 X10 F100\nX20\n",
@@ -248,10 +248,15 @@ const LEFT_ALONE: [&str; 15] = [
     "G41.1 D1 L2\nG1 X10 F100\nX20\n",
     // It is switched on twice.
     "G41.1 D1\nG1 X10 F100\nG41.1 D2\nX20\n",
-    // The way in is too short, is an arc, or is none.
+    // The way in is too short, it is an arc, or the block does not move in the plane.
     "G41.1 D4\nG1 X2 F100\nX20\n",
     "G41.1 D4\nG2 X10 I5 F100\nG1 X20\n",
     "G41.1 D4\nG1 Z2 F100\nX20\n",
+    // An arc misses its end by 0.006 mm.
+    "G41.1 D4\nG1 X10 F100\nG2 X20.006 Y0 I5 J0\nG1 X40\n",
+    // An arc behind a turn of 0.04 rad grows before an outer corner, and another one leaves its circle.
+    "G42.1 D6\nG1 X-6.7 Y0.5328 F100\nG2 X10.8448 Y17.1294 I0.5494 J16.9911\nG1 X12.3157 Y35.9861\n",
+    "G41.1 D10\nG1 X9.5293565 Y4.1611063 F100\nG3 X13.2447783 Y17.1072963 I-4.0437178 J8.1667436\nG1 Z-1.97\n",
     // The way out is an arc.
     "G41.1 D4\nG1 X10 F100\nX20\nG40\nG2 X30 I5\n",
     // Too narrow an arc, and pieces too short for an inner corner.
@@ -275,6 +280,15 @@ fn a_path_that_is_not_known_is_left_alone_and_so_is_the_place_after_it() {
         assert_eq!(place("G90 G1 X3\nY4\n")[..2], [Some(3.0), Some(4.0)], "{blocks}");
         assert_eq!(place("G90 G1 X3 Y4\nX9\n")[..2], [Some(9.0), Some(4.0)], "{blocks}");
     }
+}
+
+#[test]
+fn the_plane_yz_is_left_alone() {
+    let found = understood(Dialect::Iso, &format!("{START}G19 G41.1 D4\nG1 Y10 F100\nY20\nG40\nG1 X3\n"));
+    let is_left = |told: &Interpreted| matches!(told, Interpreted::LeftAlone { .. });
+    assert_eq!(found.iter().map(is_left).collect::<Vec<_>>(), [false, true, true, false]);
+    let Some(Interpreted::Motion(last)) = found.last() else { panic!("{found:?}") };
+    assert_eq!(last.joints[..3], [Some(3.0), None, None]);
 }
 
 #[test]
