@@ -61,7 +61,7 @@ const MIN_RADIUS_MM: f64 = 1e-3;
 /// A piece that is cut off beyond its beginning by no more than this is not \[mm\].
 const BACKWARDS_MM: f64 = 1e-9;
 /// An arc that is cut off, or that ends at an outer corner, runs through no larger angle than before, but for this: the
-/// limit of LinuxCNC \[rad\].
+/// limit of `LinuxCNC` \[rad\].
 const MORE_SWEEP_RAD: f64 = 1e-3;
 /// The same of an arc that is not cut off, whose ends are smoothed corners \[rad\].
 const MORE_SMOOTHED_RAD: f64 = 0.2;
