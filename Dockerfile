@@ -25,6 +25,7 @@ RUN cargo build --locked --profile dist --features otlp --bin trunnion && rm -r 
 COPY build.rs ./
 COPY .sqlx .sqlx
 COPY migrations migrations
+COPY migrations-postgres migrations-postgres
 COPY openapi openapi
 COPY docs/examples docs/examples
 COPY page/dist page/dist

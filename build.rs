@@ -1,5 +1,5 @@
 //! Compresses what the binary serves as it is: the description of the interface, the files of its pages, and the page.
-//! Builds again when a migration is added: the files are compiled into the binary.
+//! Builds again when a migration or a checked statement changes: they are compiled into the binary.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -28,9 +28,11 @@ const DOCS: [&str; 6] = [
 const PAGE: &str = "page/dist";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for changed in ["build.rs", "migrations", DESCRIPTION, PAGE] {
+    for changed in ["build.rs", ".sqlx", "migrations", "migrations-postgres", DESCRIPTION, PAGE] {
         println!("cargo:rerun-if-changed={changed}");
     }
+    // Set by `.ci/prepare` alone.
+    println!("cargo:rustc-check-cfg=cfg(prepare_sqlite, prepare_postgres)");
     let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("cargo gives no OUT_DIR")?);
     compress(File::open(DESCRIPTION)?, &out.join("trunnion.json.gz"))?;
     embed_page(&out)?;

@@ -2,6 +2,7 @@
 //! environment overrides the file.
 
 mod allowed;
+mod database_address;
 mod environment;
 
 use std::net::SocketAddr;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 pub use allowed::{AllowedReceiver, NoReceiver};
+pub use database_address::DatabaseAddress;
 pub use environment::unknown_variables;
 
 /// Declares each setting once: the field, its type, its default, the name of its environment variable, and
@@ -57,6 +59,11 @@ settings! {
     listen: SocketAddr = SocketAddr::from(([127, 0, 0, 1], 8080)), "TRUNNION_LISTEN";
     /// Directory of the database, the programs and their results; created when missing
     data_dir: PathBuf = PathBuf::from("./data"), "TRUNNION_DATA_DIR";
+    /// Address of a database on a server of PostgreSQL, such as `postgres://trunnion@db.plant.example/trunnion`; without
+    /// it, the database is a file in the data directory. Only in a binary with the feature `scale-out`
+    database: Option<DatabaseAddress> = None, "TRUNNION_DATABASE", [hide_env_values = true];
+    /// File with the password of the database; it overrides a password in the address
+    database_password_file: Option<PathBuf> = None, "TRUNNION_DATABASE_PASSWORD_FILE";
     /// Serve on an address that other computers can reach even though no API key exists
     insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
     /// File (PEM) with the certificate and its chain; together with `tls_key` it switches TLS on
@@ -228,6 +235,12 @@ pub enum ConfigFault {
         /// Name of the setting that is missing.
         missing: &'static str,
     },
+    /// The address of the database is none.
+    #[error("database cannot be used: {why}")]
+    Database {
+        /// What is wrong, without a word of the address.
+        why: &'static str,
+    },
     /// A log filter that would log nothing.
     #[error(
         "log is {value:?}, but must be directives separated by commas: a level (off, error, warn, info, debug, trace), \
@@ -286,7 +299,10 @@ impl Settings {
         let layers = Self::layers(flags, file)?;
         let given = Figment::from(Serialized::defaults(flags));
         // Numbers and words can always be printed.
-        let values = serde_json::to_value(&settings).unwrap_or_default();
+        let mut values = serde_json::to_value(&settings).unwrap_or_default();
+        if let (Some(address), Some(members)) = (&settings.database, values.as_object_mut()) {
+            members.insert("database".to_owned(), address.to_string().into());
+        }
         let with_origin = |(name, variable): &(&'static str, &'static str)| {
             let metadata = layers.find_metadata(name);
             let origin = if given.contains(name) {
@@ -322,6 +338,9 @@ impl Settings {
             (Some(_), None) => return Err(ConfigFault::HalfTls { missing: "tls_key" }),
             (None, Some(_)) => return Err(ConfigFault::HalfTls { missing: "tls_certificate" }),
             _ => {}
+        }
+        if let Some(why) = self.database.as_ref().and_then(DatabaseAddress::fault) {
+            return Err(ConfigFault::Database { why });
         }
         // A lenient reader takes a meaningless directive for a target that does not exist, and the log stays
         // empty.

@@ -54,3 +54,27 @@ fn expressions_are_read_as_they_are_meant() {
     assert!(!accepted("GPL-3.0-only"));
     assert!(!accepted("MIT AND GPL-3.0-only"));
 }
+
+#[test]
+fn without_scale_out_no_crate_for_postgresql_is_built() {
+    let tree = |features: &[&str]| {
+        let call = Command::new(env!("CARGO"))
+            .args([
+                "tree",
+                "--locked",
+                "--edges",
+                "normal",
+                "--prefix",
+                "none",
+                "--format",
+                "{p}",
+                "--manifest-path",
+            ])
+            .arg(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
+            .args(features)
+            .output();
+        String::from_utf8(call.expect("cargo tree").stdout).expect("UTF-8")
+    };
+    assert!(!tree(&[]).contains("sqlx-postgres"));
+    assert!(tree(&["--features", "scale-out"]).contains("sqlx-postgres"));
+}

@@ -10,8 +10,8 @@ use super::tls;
 use crate::config::Settings;
 use crate::jobs::trusted_certificates;
 use crate::store::{
-    DATABASE_NAME, Deep, Depth, DirectoryLock, DiskSpace, Examination, disk_space, examine_to, mount_kind,
-    network_mount, own_schema, stored_files,
+    DATABASE_NAME, Deep, Depth, DirectoryLock, DiskSpace, Examination, Store, disk_space, examine_to,
+    mount_kind, network_mount, own_schema, stored_files,
 };
 
 /// Below this free space a disk counts as nearly full \[bytes\].
@@ -62,7 +62,17 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, depth: &Depth) -> 
     let data_dir = &settings.data_dir;
     if directory(data_dir, &mut findings) {
         let files = stored_files(data_dir);
-        if data_dir.join(DATABASE_NAME).is_file() {
+        if let Some(address) = &settings.database {
+            match block_on(async { Ok(Store::open_beside_as_set(settings).await?) }) {
+                Ok(_usable) => {
+                    let detail = format!("{address}, {files} stored files");
+                    findings.add(Verdict::Sound, "database", detail);
+                }
+                Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
+            }
+            let unread = "rows and files are not read: the service does that itself (scrub_interval_s)";
+            findings.add(Verdict::Note, "database", unread);
+        } else if data_dir.join(DATABASE_NAME).is_file() {
             match block_on(async { Ok(examine_to(data_dir, depth).await?) }) {
                 Ok(examination) => database(&examination, depth, &mut findings),
                 Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),

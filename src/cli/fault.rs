@@ -23,6 +23,16 @@ pub enum CommandFault {
     /// The database cannot be used.
     #[error("the database cannot be used: {0}")]
     Store(#[from] StoreError),
+    /// The command is for a database that is a file.
+    #[error(
+        "trunnion {command} is for a database file; with database set, use {instead} (docs/scale-out.md)"
+    )]
+    OfTheServer {
+        /// The command.
+        command: &'static str,
+        /// What to use.
+        instead: &'static str,
+    },
     /// A service has the data directory.
     #[error(transparent)]
     Lock(#[from] LockFault),

@@ -90,7 +90,7 @@ pub(super) fn run(settings: &Settings, command: &KeysCommand) -> Result<(), Star
                 .map_err(|source| StartFault::DataDirectory { path: directory.clone(), source })?;
         }
         // Held to the end of the command.
-        let (store, _lock) = beside::open(directory).await?;
+        let (store, _lock) = beside::open(settings).await?;
         let done = work(&store, directory, command).await;
         store.close().await;
         Ok(done?)

@@ -4,6 +4,7 @@ use super::CommandFault;
 use super::rights::keep_private;
 use super::settings::say;
 use crate::config::Settings;
+use crate::jobs::Sources;
 use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, make_directory, own_schema};
 
 /// Migrates the database while it holds the directory alone.
@@ -13,6 +14,14 @@ pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
     make_directory(data_dir).map_err(unusable)?;
     let lock = DirectoryLock::take(data_dir)?;
     keep_private(data_dir);
+    if settings.database.is_some() {
+        let instance = Sources::real().ids.next().to_string();
+        block_on(async {
+            Store::open_as_set(settings, 1, &instance).await?.close().await;
+            Ok(())
+        })?;
+        return say("the database has the newest schema of this version");
+    }
     let database = data_dir.join(DATABASE_NAME);
     let before = block_on(async {
         let mut before = None;

@@ -66,6 +66,12 @@ pub enum StartFault {
     /// Database or files cannot be used.
     #[error(transparent)]
     Open(#[from] OpenFault),
+    /// Another service has taken over the database.
+    #[error(
+        "another service has taken over the database while this one had no connection to it, so this one has stopped; \
+         nothing that it acknowledged is lost. In this version one service has a database: start only one"
+    )]
+    TakenOver,
     /// The clock of the computer is at a time before 1970.
     #[error(
         "the clock of this computer says {now}; HTTP and certificates cannot use times before 1970: \
@@ -359,13 +365,22 @@ pub(super) fn until_stopped(
         let mut terminate = signal(SignalKind::terminate()).map_err(StartFault::Process)?;
         let mut interrupt = signal(SignalKind::interrupt()).map_err(StartFault::Process)?;
         let (data_dir, form) = (settings.data_dir.clone(), settings.log_format);
+        let database = settings.database.clone();
         let budget = Cost::budget_within(settings.max_cost_s);
         let compensator = Arc::new(CutterContactCompensator { budget });
         let running = start(settings, Sources::real(), compensator).await?;
+        if let Some(address) = database {
+            tracing::info!(database = %address, "the database is on a server");
+        }
         announce(&running, &data_dir, form);
         tokio::select! {
             _ = terminate.recv() => tracing::info!("stopping after SIGTERM"),
             _ = interrupt.recv() => tracing::info!("stopping after SIGINT"),
+            () = running.state.store.taken_over() => {
+                // What it computes belongs to the other service by now.
+                let _stopped = running.stop().await;
+                return Err(StartFault::TakenOver);
+            }
         }
         running.stop().await.map_err(StartFault::Process)
     });

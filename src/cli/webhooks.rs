@@ -39,7 +39,7 @@ pub(super) fn run(settings: &Settings, command: WebhooksCommand) -> Result<(), S
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(StartFault::Process)?;
     runtime.block_on(async {
-        let (store, _lock) = beside::open(&settings.data_dir).await?;
+        let (store, _lock) = beside::open(settings).await?;
         let done = work(&store, command).await;
         store.close().await;
         Ok(done?)

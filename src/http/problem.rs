@@ -233,6 +233,7 @@ impl From<StoreError> for Problem {
                 Self::new(ProblemType::StorageUnavailable, fault.to_string())
             }
             StoreError::Damaged(damaged) => damaged.into(),
+            StoreError::Nul => Self::new(ProblemType::InvalidRequest, fault.to_string()),
             other => Self::internal(&other),
         }
     }

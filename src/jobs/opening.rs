@@ -3,7 +3,7 @@
 use super::webhooks::new_webhook_secret;
 use super::{OpenFault, Sources};
 use crate::config::Settings;
-use crate::store::{Actor, Blobs, DATABASE_NAME, NewRevision, Store, sha256_hex};
+use crate::store::{Actor, Blobs, NewRevision, Store, sha256_hex};
 use crate::wire::{AuditOrigin, MachineProfile, example_machine};
 
 /// Opens database and files; a store that never held a machine gets the example machine.
@@ -15,7 +15,8 @@ pub async fn open_data_directory(
     sources: &Sources,
 ) -> Result<(Store, Blobs), OpenFault> {
     // The database comes first: if it is lost, the files beside it are not touched.
-    let store = Store::open(&settings.data_dir.join(DATABASE_NAME), settings.store_readers).await?;
+    let instance = sources.ids.next().to_string();
+    let store = Store::open_as_set(settings, settings.store_readers, &instance).await?;
     let blobs = Blobs::open(&settings.data_dir)?;
     let store = store.noting_damage_in(blobs.soundness());
     let removed = blobs.sweep(&store.named_blobs().await?)?;

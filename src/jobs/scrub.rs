@@ -11,7 +11,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use super::Sources;
-use crate::store::{BlobFault, Blobs, DATABASE_NAME, DamagedFile, DatabaseFile, Pace, Store, StoreError};
+use crate::store::{BlobFault, Blobs, DamagedFile, Pace, Store, StoreError};
 
 /// Time between two heads in the log.
 const BETWEEN_HEADS: Duration = Duration::from_hours(24);
@@ -151,10 +151,7 @@ impl Keeping {
     /// Reads every row and every file that a row names, and reports the findings; `None` if it was stopped.
     async fn scrub(&self) -> Result<Option<usize>, ScrubFault> {
         let pace = Pace::within(self.limits.bytes_per_s, self.stop.clone());
-        let mut file = DatabaseFile::open(&self.data_dir.join(DATABASE_NAME)).await?;
-        let deep = file.deep(&pace, None).await;
-        file.close().await;
-        let mut findings = deep?.faults();
+        let mut findings = self.store.damage_in_rows(&self.data_dir, &pace).await?;
         let named = self.store.named_blobs().await?;
         let (blobs, at_pace) = (self.blobs.clone(), pace.clone());
         let looked = tokio::task::spawn_blocking(move || {

@@ -29,6 +29,26 @@ struct StoredKey {
     last_used_at: Option<String>,
 }
 
+/// A key in a list.
+struct ListedKey {
+    seq: i64,
+    id: String,
+    secret_sha256: String,
+    name: String,
+    scopes: String,
+    machines: Option<String>,
+    created_at: String,
+    expires_at: Option<String>,
+    revoked_at: Option<String>,
+    last_used_at: Option<String>,
+}
+
+/// The key that a request has created.
+struct KeyOfRequest {
+    id: String,
+    fingerprint: Option<String>,
+}
+
 impl StoredKey {
     fn read(self) -> Result<ApiKeyRow, StoreError> {
         let read = || -> Result<(BTreeSet<Scope>, Option<BTreeSet<String>>), serde_json::Error> {
@@ -60,13 +80,12 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn every_api_key(&self) -> Result<Vec<ApiKeyRow>, StoreError> {
-        let rows = sqlx::query_as!(
-            StoredKey,
+        let rows = sql!(
+            self.db,
+            all(StoredKey),
             "SELECT id, secret_sha256, name, scopes, machines, created_at, expires_at, revoked_at, last_used_at
              FROM api_keys ORDER BY seq"
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the API keys")?;
         rows.into_iter().map(StoredKey::read).collect()
     }
@@ -76,14 +95,13 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn api_key(&self, id: &str) -> Result<Option<ApiKeyDocument>, StoreError> {
-        let row = sqlx::query_as!(
-            StoredKey,
+        let row = sql!(
+            self.db,
+            optional(StoredKey),
             "SELECT id, secret_sha256, name, scopes, machines, created_at, expires_at, revoked_at, last_used_at
-             FROM api_keys WHERE id = ?",
+             FROM api_keys WHERE id = $1",
             id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading an API key")?;
         Ok(row.map(StoredKey::read).transpose()?.map(|row| row.document))
     }
@@ -98,14 +116,14 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<ApiKeyDocument>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query!(
+        let rows = sql!(
+            self.db,
+            all(ListedKey),
             "SELECT seq, id, secret_sha256, name, scopes, machines, created_at, expires_at, revoked_at, last_used_at
-             FROM api_keys WHERE seq < ? ORDER BY seq DESC LIMIT ?",
+             FROM api_keys WHERE seq < $1 ORDER BY seq DESC LIMIT $2",
             before,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing API keys")?;
         let read = rows.into_iter().map(|row| {
             let stored = StoredKey {
@@ -130,13 +148,13 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn api_key_made_by(&self, used: &KeyUse) -> Result<Option<Option<ApiKeyDocument>>, StoreError> {
-        let row = sqlx::query!(
-            "SELECT id, fingerprint FROM api_keys WHERE idempotency_key = ? AND created_at >= ?",
+        let row = sql!(
+            self.db,
+            optional(KeyOfRequest),
+            "SELECT id, fingerprint FROM api_keys WHERE idempotency_key = $1 AND created_at >= $2",
             used.key,
             used.since
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading an idempotency key")?;
         match row {
             None => Ok(None),
@@ -165,22 +183,24 @@ impl Store {
         let machines =
             document.machines.as_ref().map(serde_json::to_string).transpose().map_err(unprintable)?;
         let added = self
-            .write("storing an API key", |connection| {
+            .write("storing an API key", |tx| {
                 Box::pin(async move {
                     if let Some(KeyUse { key, since, .. }) = &used {
-                        sqlx::query!(
-                            "UPDATE api_keys SET idempotency_key = NULL WHERE idempotency_key = ? AND created_at < ?",
+                        sql!(
+                            tx,
+                            execute,
+                            "UPDATE api_keys SET idempotency_key = NULL WHERE idempotency_key = $1 AND created_at < $2",
                             key,
                             since
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                        )?;
                     }
                     let (key, fingerprint) = used.map(|used| (used.key, used.fingerprint)).unzip();
-                    sqlx::query!(
+                    sql!(
+                        tx,
+                        execute,
                         "INSERT INTO api_keys (id, secret_sha256, name, scopes, machines, created_at, expires_at,
                              idempotency_key, fingerprint)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
                         document.id,
                         secret_sha256,
                         document.name,
@@ -190,11 +210,9 @@ impl Store {
                         document.expires_at,
                         key,
                         fingerprint
-                    )
-                    .execute(&mut *connection)
-                    .await?;
+                    )?;
                     let change = about(&document.id, &document.created_at, AuditAction::KeyCreated);
-                    audit(connection, &actor, change).await
+                    audit(tx, &actor, change).await
                 })
             })
             .await;
@@ -212,19 +230,19 @@ impl Store {
         actor: &Actor,
     ) -> Result<Option<ApiKeyDocument>, StoreError> {
         let (key_id, at, actor) = (id.to_owned(), now.to_owned(), actor.clone());
-        self.write("revoking an API key", |connection| {
+        self.write("revoking an API key", |tx| {
             Box::pin(async move {
-                let revoked = sqlx::query!(
-                    "UPDATE api_keys SET revoked_at = ? WHERE id = ? AND revoked_at IS NULL",
+                let revoked = sql!(
+                    tx,
+                    execute,
+                    "UPDATE api_keys SET revoked_at = $1 WHERE id = $2 AND revoked_at IS NULL",
                     at,
                     key_id
-                )
-                .execute(&mut *connection)
-                .await?;
-                if revoked.rows_affected() == 0 {
+                )?;
+                if revoked == 0 {
                     return Ok(());
                 }
-                audit(connection, &actor, about(&key_id, &at, AuditAction::KeyRevoked)).await
+                audit(tx, &actor, about(&key_id, &at, AuditAction::KeyRevoked)).await
             })
         })
         .await?;
@@ -236,9 +254,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn machine_of_job(&self, id: &str) -> Result<Option<String>, StoreError> {
-        sqlx::query_scalar!("SELECT machine_id FROM jobs WHERE id = ?", id)
-            .fetch_optional(&self.readers)
-            .await
+        sql!(self.db, optional(_), "SELECT machine_id FROM jobs WHERE id = $1", id)
             .doing("reading the machine of a job")
     }
 
@@ -248,11 +264,9 @@ impl Store {
     /// The database failed.
     pub async fn note_use_of_api_key(&self, id: &str, at: &str) -> Result<(), StoreError> {
         let (id, at) = (id.to_owned(), at.to_owned());
-        self.write("recording the use of an API key", |connection| {
+        self.write("recording the use of an API key", |tx| {
             Box::pin(async move {
-                sqlx::query!("UPDATE api_keys SET last_used_at = ? WHERE id = ?", at, id)
-                    .execute(&mut *connection)
-                    .await?;
+                sql!(tx, execute, "UPDATE api_keys SET last_used_at = $1 WHERE id = $2", at, id)?;
                 Ok(())
             })
         })

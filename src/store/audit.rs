@@ -1,9 +1,8 @@
 //! The audit log: a row for every change, written in the transaction that makes the change.
 
-use sqlx::sqlite::SqliteConnection;
-
-use super::audit_chain::{BEFORE_THE_FIRST, ChainedEntry, last_entry};
+use super::audit_chain::{BEFORE_THE_FIRST, ChainedEntry, StoredHead, last_entry};
 use super::error::Doing;
+use super::sql::Tx;
 use super::{AuditHead, Cursor, Page, Store, StoreError};
 use crate::wire::{AuditAction, AuditEntry, AuditOrigin};
 
@@ -77,18 +76,14 @@ struct StoredEntry {
 }
 
 /// Writes a change into the log, inside the transaction that makes it, and chains it to the entry before it.
-pub(super) async fn audit(
-    connection: &mut SqliteConnection,
-    actor: &Actor,
-    change: Change<'_>,
-) -> Result<(), sqlx::Error> {
+pub(super) async fn audit(tx: &mut Tx<'_>, actor: &Actor, change: Change<'_>) -> Result<(), sqlx::Error> {
     let Actor { origin, key_id, method, route, request_id } = actor;
     let Change { at, action, machine_id, resource, revisions: (before, after) } = change;
     let (origin, action) = (origin.as_str(), action.as_str());
-    let last = last_entry(connection).await?;
+    let last = last_entry(tx).await?;
     // Entries are never removed, so the number after the last one is free.
-    let seq = last.as_ref().map_or(0, |(seq, _)| *seq) + 1;
-    let previous = last.and_then(|(_, sha256)| sha256).unwrap_or_else(|| BEFORE_THE_FIRST.to_owned());
+    let seq = last.as_ref().map_or(0, |last| last.seq) + 1;
+    let previous = last.and_then(|last| last.sha256).unwrap_or_else(|| BEFORE_THE_FIRST.to_owned());
     let entry = ChainedEntry {
         seq,
         at: at.to_owned(),
@@ -105,26 +100,26 @@ pub(super) async fn audit(
         sha256: None,
     };
     let sha256 = entry.digest(&previous);
-    sqlx::query!(
+    sql!(
+        tx,
+        execute,
         "INSERT INTO audit (seq, at, origin, key_id, action, method, route, request_id, machine_id, resource,
              revision_before, revision_after, sha256)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
         seq,
         at,
         origin,
-        key_id,
+        key_id.as_deref(),
         action,
-        method,
-        route,
-        request_id,
+        method.as_deref(),
+        route.as_deref(),
+        request_id.as_deref(),
         machine_id,
         resource,
         before,
         after,
         sha256
-    )
-    .execute(&mut *connection)
-    .await?;
+    )?;
     Ok(())
 }
 
@@ -134,10 +129,9 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn audit_head(&self) -> Result<Option<AuditHead>, StoreError> {
-        let row = sqlx::query!("SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1")
-            .fetch_optional(&self.readers)
-            .await
-            .doing("reading the head of the audit log")?;
+        let row =
+            sql!(self.db, optional(StoredHead), "SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1")
+                .doing("reading the head of the audit log")?;
         Ok(row.map(|row| AuditHead { seq: row.seq, sha256: row.sha256.unwrap_or_default() }))
     }
 
@@ -152,21 +146,26 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<AuditEntry>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let AuditFilter { machine_id, key_id, action, from, to } = filter;
-        let action = action.map(AuditAction::as_str);
+        let [machine_id, key_id, from, to] =
+            [&filter.machine_id, &filter.key_id, &filter.from, &filter.to].map(Option::as_deref);
+        let action = filter.action.map(AuditAction::as_str);
         /// The statement over the log in its order, or over the entries of a time.
         macro_rules! listed {
-            ($source:tt, $times:tt) => {
-                sqlx::query_as!(
-                    StoredEntry,
-                    "SELECT seq AS \"seq!\", at, origin, key_id, action, method, route, request_id, machine_id, resource,
-                         revision_before, revision_after, sha256 FROM "
-                        + $source
-                        + " WHERE seq < ?1 AND (?2 IS NULL OR machine_id = ?2)
-                       AND (?3 IS NULL OR key_id = ?3) AND (?4 IS NULL OR action = ?4) AND "
+            ($seq:tt, $times:tt) => {
+                sql!(
+                    self.db,
+                    all(StoredEntry),
+                    "SELECT seq AS \"seq!\", at, origin, key_id, action, method, route, request_id, machine_id,
+                         resource, revision_before, revision_after, sha256 FROM audit
+                     WHERE "
+                        + $seq
+                        + " < $1 AND (CAST($2 AS TEXT) IS NULL OR machine_id = $2)
+                       AND (CAST($3 AS TEXT) IS NULL OR key_id = $3)
+                       AND (CAST($4 AS TEXT) IS NULL OR action = $4) AND "
                         + $times
-                        + "
-                     ORDER BY seq DESC LIMIT ?7",
+                        + " ORDER BY "
+                        + $seq
+                        + " DESC LIMIT $7",
                     before,
                     machine_id,
                     key_id,
@@ -175,16 +174,17 @@ impl Store {
                     to,
                     count
                 )
-                .fetch_all(&self.readers)
-                .await
             };
         }
         // Entries are in the order of their times, as long as no clock jumps: without a beginning, the log is read
-        // from its end.
+        // from its end. With a beginning, the sign makes the database use the index over the times.
         let rows = if from.is_some() {
-            listed!("audit INDEXED BY audit_by_time", "at >= ?5 AND at <= COALESCE(?6, '~')")
+            listed!("+seq", "at >= $5 AND at <= COALESCE($6, '~')")
         } else {
-            listed!("audit", "(?5 IS NULL OR at >= ?5) AND (?6 IS NULL OR at <= ?6)")
+            listed!(
+                "seq",
+                "(CAST($5 AS TEXT) IS NULL OR at >= $5) AND (CAST($6 AS TEXT) IS NULL OR at <= $6)"
+            )
         }
         .doing("reading the audit log")?;
         let read = rows.into_iter().map(|row| {

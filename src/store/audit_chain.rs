@@ -11,9 +11,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use sqlx::sqlite::SqliteConnection;
 use thiserror::Error;
 
+use super::sql::{On, Tx};
 use super::{Sha256Hex, sha256_hex};
 
 /// Name of the form of the digested data.
@@ -114,7 +114,7 @@ pub struct AuditChain {
 }
 
 /// The digested data of an entry.
-#[derive(Debug, Clone, sqlx::FromRow)]
+#[derive(Debug, Clone)]
 pub(super) struct ChainedEntry {
     pub(super) seq: i64,
     pub(super) at: String,
@@ -156,63 +156,73 @@ impl ChainedEntry {
     }
 }
 
+/// Number and digest of an entry.
+pub(super) struct StoredHead {
+    pub(super) seq: i64,
+    pub(super) sha256: Option<Sha256Hex>,
+}
+
 /// Number and digest of the last entry.
-pub(super) async fn last_entry(
-    connection: &mut SqliteConnection,
-) -> Result<Option<(i64, Option<Sha256Hex>)>, sqlx::Error> {
-    sqlx::query_as("SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1").fetch_optional(connection).await
+pub(super) async fn last_entry(tx: &mut Tx<'_>) -> Result<Option<StoredHead>, sqlx::Error> {
+    sql!(tx, optional(StoredHead), "SELECT seq, sha256 FROM audit ORDER BY seq DESC LIMIT 1")
 }
 
 /// Gives every entry its digest if none has one yet: they were written by a version without digests.
-pub(super) async fn chain_old_entries(connection: &mut SqliteConnection) -> Result<u64, sqlx::Error> {
-    let chained: i64 = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM audit WHERE sha256 IS NOT NULL)")
-        .fetch_one(&mut *connection)
-        .await?;
-    if chained != 0 {
+pub(super) async fn chain_old_entries(tx: &mut Tx<'_>) -> Result<u64, sqlx::Error> {
+    let chained: bool =
+        sql!(tx, one(_), r#"SELECT EXISTS (SELECT 1 FROM audit WHERE sha256 IS NOT NULL) AS "chained!: _""#)?;
+    if chained {
         return Ok(0);
     }
     let (mut previous, mut seq, mut count) = (BEFORE_THE_FIRST.to_owned(), 0, 0);
     loop {
-        let entries = page(connection, seq).await?;
+        let entries = page(tx, seq).await?;
         let Some(last) = entries.last() else { return Ok(count) };
         seq = last.seq;
         for entry in &entries {
             previous = entry.digest(&previous);
-            sqlx::query("UPDATE audit SET sha256 = ? WHERE seq = ?")
-                .bind(&previous)
-                .bind(entry.seq)
-                .execute(&mut *connection)
-                .await?;
+            sql!(tx, execute, "UPDATE audit SET sha256 = $1 WHERE seq = $2", previous, entry.seq)?;
             count += 1;
         }
     }
 }
 
-async fn page(connection: &mut SqliteConnection, after: i64) -> Result<Vec<ChainedEntry>, sqlx::Error> {
-    sqlx::query_as(
+async fn page(tx: &mut Tx<'_>, after: i64) -> Result<Vec<ChainedEntry>, sqlx::Error> {
+    sql!(
+        tx,
+        all(ChainedEntry),
         "SELECT seq, at, origin, key_id, action, method, route, request_id, machine_id, resource, revision_before,
              revision_after, sha256
-         FROM audit WHERE seq > ? ORDER BY seq LIMIT ?",
+         FROM audit WHERE seq > $1 ORDER BY seq LIMIT $2",
+        after,
+        AT_ONCE
     )
-    .bind(after)
-    .bind(AT_ONCE)
-    .fetch_all(connection)
-    .await
+}
+
+/// The last number that was given to an entry, if the database counts them itself.
+async fn counted(tx: &mut Tx<'_>) -> Result<Option<i64>, sqlx::Error> {
+    match tx.on() {
+        On::Sqlite(connection) => {
+            sqlx::query_scalar("SELECT seq FROM sqlite_sequence WHERE name = 'audit'")
+                .fetch_optional(connection)
+                .await
+        }
+        // Its identity column counts entries that were rolled back too.
+        On::Postgres(_) => Ok(None),
+    }
 }
 
 /// Computes every digest again, and compares one entry with a recorded head if there is one.
 pub(super) async fn examine_chain(
-    connection: &mut SqliteConnection,
+    tx: &mut Tx<'_>,
     known: Option<&AuditHead>,
 ) -> Result<AuditChain, sqlx::Error> {
     let mut chain = AuditChain::default();
     let (mut previous, mut seq, mut of_known) = (BEFORE_THE_FIRST.to_owned(), i64::MIN, None);
     // Read before the entries: an entry that is written meanwhile is not a fault.
-    let counted: Option<i64> = sqlx::query_scalar("SELECT seq FROM sqlite_sequence WHERE name = 'audit'")
-        .fetch_optional(&mut *connection)
-        .await?;
+    let counted = counted(tx).await?;
     loop {
-        let entries = page(connection, seq).await?;
+        let entries = page(tx, seq).await?;
         let Some(last) = entries.last() else { break };
         seq = last.seq;
         for entry in entries {

@@ -86,6 +86,24 @@ pub struct CalibrationAge {
     pub due_days: Option<f64>,
 }
 
+/// A run in a list, without its readings.
+struct ListedCalibration {
+    seq: i64,
+    id: String,
+    document: String,
+    document_sha256: String,
+}
+
+/// One error of a run.
+struct StoredTrendPoint {
+    calibration_id: String,
+    measured_at: String,
+    machine_revision: i64,
+    value: f64,
+    standard_uncertainty: Option<f64>,
+    identifiable: i64,
+}
+
 struct StoredCalibration {
     id: String,
     document: String,
@@ -122,14 +140,13 @@ impl Store {
         machine_id: &str,
         id: &str,
     ) -> Result<Option<CalibrationRow>, StoreError> {
-        let row = sqlx::query_as!(
-            StoredCalibration,
-            "SELECT id, document, document_sha256, run, run_sha256 FROM calibrations WHERE id = ? AND machine_id = ?",
+        let row = sql!(
+            self.db,
+            optional(StoredCalibration),
+            "SELECT id, document, document_sha256, run, run_sha256 FROM calibrations WHERE id = $1 AND machine_id = $2",
             id,
             machine_id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a calibration")?;
         row.map(|row| row.read(self)).transpose()
     }
@@ -148,12 +165,15 @@ impl Store {
     ) -> Result<Page<CalibrationDocument>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
         let kind = filter.kind.map(CalibrationKind::as_str);
-        let (from, to) = (&filter.measured_from, &filter.measured_to);
-        let rows = sqlx::query!(
+        let (from, to) = (filter.measured_from.as_deref(), filter.measured_to.as_deref());
+        let rows = sql!(
+            self.db,
+            all(ListedCalibration),
             "SELECT seq, id, document, document_sha256 FROM calibrations
-             WHERE machine_id = ?1 AND seq < ?2 AND (?3 IS NULL OR kind = ?3)
-               AND (?4 IS NULL OR measured_at >= ?4) AND (?5 IS NULL OR measured_at <= ?5)
-             ORDER BY seq DESC LIMIT ?6",
+             WHERE machine_id = $1 AND seq < $2 AND (CAST($3 AS TEXT) IS NULL OR kind = $3)
+               AND (CAST($4 AS TEXT) IS NULL OR measured_at >= $4)
+               AND (CAST($5 AS TEXT) IS NULL OR measured_at <= $5)
+             ORDER BY seq DESC LIMIT $6",
             machine_id,
             before,
             kind,
@@ -161,8 +181,6 @@ impl Store {
             to,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing calibrations")?;
         let read = rows
             .into_iter()
@@ -179,11 +197,13 @@ impl Store {
         let from = measured_from.unwrap_or("");
         // After every possible time.
         let to = measured_to.unwrap_or("~");
-        let rows = sqlx::query!(
+        let rows = sql!(
+            self.db,
+            all(StoredTrendPoint),
             "SELECT calibration_id, measured_at, machine_revision, value, standard_uncertainty, identifiable
              FROM calibration_errors
-             WHERE machine_id = ? AND axis = ? AND error = ? AND measured_at >= ? AND measured_at <= ?
-             ORDER BY measured_at DESC, calibration_seq DESC LIMIT ?",
+             WHERE machine_id = $1 AND axis = $2 AND error = $3 AND measured_at >= $4 AND measured_at <= $5
+             ORDER BY measured_at DESC, calibration_seq DESC LIMIT $6",
             machine_id,
             axis,
             error,
@@ -191,8 +211,6 @@ impl Store {
             to,
             limit
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading a trend")?;
         let oldest_first = rows.into_iter().rev();
         Ok(oldest_first
@@ -212,13 +230,13 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn applied_calibrations(&self, machine_id: &str) -> Result<BTreeSet<String>, StoreError> {
-        let rows = sqlx::query_scalar!(
+        let rows = sql!(
+            self.db,
+            all(_),
             "SELECT DISTINCT calibration_id FROM machine_revisions
-             WHERE machine_id = ? AND calibration_id IS NOT NULL",
+             WHERE machine_id = $1 AND calibration_id IS NOT NULL",
             machine_id
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing applied calibrations")?;
         Ok(rows.into_iter().flatten().collect())
     }
@@ -232,17 +250,16 @@ impl Store {
         machine_id: &str,
         id: &str,
     ) -> Result<Vec<CalibrationUse>, StoreError> {
-        sqlx::query_as!(
-            CalibrationUse,
+        sql!(
+            self.db,
+            all(CalibrationUse),
             "SELECT r.revision, r.created_at AS at, a.key_id FROM machine_revisions r
              LEFT JOIN audit a ON a.machine_id = r.machine_id AND a.revision_after = r.revision
                  AND a.action = 'calibration-applied'
-             WHERE r.machine_id = ? AND r.calibration_id = ? ORDER BY r.revision LIMIT 100",
+             WHERE r.machine_id = $1 AND r.calibration_id = $2 ORDER BY r.revision LIMIT 100",
             machine_id,
             id
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the uses of a calibration")
     }
 
@@ -256,19 +273,29 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<CalibrationAge>, StoreError> {
         let (only, limit) = (as_array(only), i64::from(limit));
-        sqlx::query_as!(
-            CalibrationAge,
-            "SELECT m.machine_id,
-                 (SELECT MAX(c.measured_at) FROM calibrations c WHERE c.machine_id = m.machine_id) AS \"measured_at?: String\",
-                 CAST(r.profile ->> '$.calibration_due_days' AS REAL) AS \"due_days?: f64\"
-             FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
-             WHERE m.deleted = 0 AND (?1 IS NULL OR m.machine_id IN (SELECT value FROM json_each(?1)))
-             ORDER BY m.seq LIMIT ?2",
+        // They differ only in how they read a member of a document.
+        sql!(
+            self.db,
+            all(CalibrationAge),
+            sqlite "SELECT m.machine_id,
+                 (SELECT MAX(c.measured_at) FROM calibrations c WHERE c.machine_id = m.machine_id) AS \"measured_at?\",
+                 CAST(r.profile ->> '$.calibration_due_days' AS REAL) AS \"due_days?: _\"
+             FROM machines m
+             JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+             WHERE m.deleted = 0
+               AND (CAST($1 AS TEXT) IS NULL OR m.machine_id IN (SELECT value FROM json_each($1)))
+             ORDER BY m.seq LIMIT $2",
+            postgres "SELECT m.machine_id,
+                 (SELECT MAX(c.measured_at) FROM calibrations c WHERE c.machine_id = m.machine_id) AS \"measured_at?\",
+                 CAST(CAST(r.profile AS json) ->> 'calibration_due_days' AS DOUBLE PRECISION) AS \"due_days?: _\"
+             FROM machines m
+             JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
+             WHERE m.deleted = 0
+               AND (CAST($1 AS TEXT) IS NULL OR m.machine_id IN (SELECT value FROM json_each($1)))
+             ORDER BY m.seq LIMIT $2",
             only,
             limit
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the ages of calibrations")
     }
 
@@ -286,13 +313,15 @@ impl Store {
         let NewCalibration { document, text, document_sha256, run } = new.clone();
         let (used, actor) = (used.cloned(), actor.clone());
         let added = self
-            .write("storing a calibration", |connection| {
+            .write("storing a calibration", |tx| {
                 Box::pin(async move {
                     let kind = document.kind.as_str();
-                    let seq = sqlx::query!(
+                    let seq = sql!(
+                        tx,
+                        one(_),
                         "INSERT INTO calibrations (id, machine_id, machine_revision, kind, measured_at, created_at,
                              run, run_sha256, document, document_sha256)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) RETURNING seq AS \"seq!\"",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -303,15 +332,16 @@ impl Store {
                         document.run_sha256,
                         text,
                         document_sha256
-                    )
-                    .execute(&mut *connection)
-                    .await?
-                    .last_insert_rowid();
+                    )?
+;
                     for row in error_rows(&document) {
-                        sqlx::query!(
+                        let identifiable = i64::from(row.identifiable);
+                        sql!(
+                            tx,
+                            execute,
                             "INSERT INTO calibration_errors (machine_id, axis, error, measured_at, calibration_seq,
                                  calibration_id, machine_revision, value, standard_uncertainty, identifiable)
-                             VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
                             document.machine_id,
                             row.axis,
                             row.error,
@@ -321,10 +351,8 @@ impl Store {
                             document.machine_revision,
                             row.value,
                             row.standard_uncertainty,
-                            row.identifiable
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                            identifiable
+                        )?;
                     }
                     let machine_id = &document.machine_id;
                     let change = Change {
@@ -334,9 +362,9 @@ impl Store {
                         resource: format!("/v1/machines/{machine_id}/calibrations/{}", document.id),
                         revisions: (None, None),
                     };
-                    audit(connection, &actor, change).await?;
+                    audit(tx, &actor, change).await?;
                     let answer = Answer::Calibration(&document.id);
-                    keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
+                    keep_key(tx, used.as_ref(), answer, &document.created_at).await?;
                     Ok(())
                 })
             })

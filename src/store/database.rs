@@ -1,37 +1,33 @@
-//! The connections: one that writes, a few that only read.
+//! The database of a service: connections that only read, and one transaction after the other that writes.
 
-use std::io::ErrorKind;
+#[cfg(feature = "scale-out")]
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
+#[cfg(feature = "scale-out")]
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
 
 use futures::future::BoxFuture;
-use sqlx::Connection;
-use sqlx::sqlite::{
-    SqliteConnectOptions, SqliteConnection, SqliteJournalMode, SqlitePool, SqlitePoolOptions,
-    SqliteSynchronous,
-};
+use sqlx::sqlite::SqlitePool;
 
 use super::audit_chain::chain_old_entries;
-use super::database_file::newest_migration;
 use super::error::Doing;
-use super::examination::{STAGING, stored_files};
-use super::readers::Readers;
-use super::{Soundness, StoreError, StoredThing, own_schema, verify_text};
+#[cfg(feature = "scale-out")]
+use super::postgres_opening;
+use super::sql::{Db, On, PgWriter, Tx};
+use super::sqlite::{self, is_empty, no_files_beside};
+use super::{DATABASE_NAME, Soundness, StoreError, StoredThing, verify_text};
+#[cfg(feature = "scale-out")]
+use crate::config::DatabaseAddress;
+use crate::config::Settings;
 use crate::meter;
-
-/// The oldest `SQLite` without the write-ahead log's corruption fault.
-const OLDEST_SQLITE: (&str, [u32; 3]) = ("3.51.3", [3, 51, 3]);
-
-/// Rows that a query hands over at a time.
-const ROWS_HANDED_OVER: usize = 1024;
 
 /// The database of one data directory.
 #[derive(Debug, Clone)]
 pub struct Store {
-    pub(super) readers: Readers,
-    writer: SqlitePool,
+    pub(super) db: Db,
+    writer: On<SqlitePool, PgWriter>,
     writes: Arc<AtomicU64>,
     soundness: Arc<Soundness>,
 }
@@ -45,25 +41,93 @@ impl Store {
     pub async fn open(file: &Path, readers: u32) -> Result<Self, StoreError> {
         if is_empty(file) {
             // Checked before anything is created, and before SQLite removes a write-ahead log without a database.
-            no_files_beside(file)?;
+            no_files_beside(directory_of(file), file)?;
         }
-        let store = Self::opened(file, readers, true).await?;
+        let store = Self::of_file(sqlite::open(file, readers, true).await?);
         let chained = store
-            .write("chaining the audit log", |connection| {
-                Box::pin(async move { chain_old_entries(connection).await })
-            })
+            .write("chaining the audit log", |tx| Box::pin(async move { chain_old_entries(tx).await }))
             .await?;
         if chained > 0 {
             tracing::info!(entries = chained, "the audit log of an earlier version is a chain from now on");
         }
         // Every database that a service has used contains a machine, whatever was deleted since.
         if store.has_no_machine_yet().await?
-            && let Err(fault) = no_files_beside(file)
+            && let Err(fault) = no_files_beside(directory_of(file), file)
         {
             store.close().await;
             return Err(fault);
         }
         Ok(store)
+    }
+
+    /// Opens the database beside a running service: nothing is created or migrated.
+    ///
+    /// # Errors
+    /// The file is missing, or not in the form of this version.
+    pub async fn open_beside(file: &Path) -> Result<Self, StoreError> {
+        Ok(Self::of_file(sqlite::open(file, 1, false).await?))
+    }
+
+    /// Opens the database that the settings name, for the service of their data directory. `instance` is a text that was
+    /// never used before.
+    ///
+    /// # Errors
+    /// The same as [`Self::open`]; or the server cannot be used, or another service has its database.
+    #[cfg_attr(not(feature = "scale-out"), expect(unused_variables, reason = "a file has a lock of its own"))]
+    pub async fn open_as_set(settings: &Settings, readers: u32, instance: &str) -> Result<Self, StoreError> {
+        #[cfg(feature = "scale-out")]
+        if let Some(address) = &settings.database {
+            let server = server(settings, address)?;
+            let opened = Box::pin(server.open(&settings.data_dir, readers, instance.to_owned())).await?;
+            return Ok(Self::of_server(opened));
+        }
+        #[cfg(not(feature = "scale-out"))]
+        if settings.database.is_some() {
+            return Err(StoreError::NoServers);
+        }
+        Self::open(&settings.data_dir.join(DATABASE_NAME), readers).await
+    }
+
+    /// Opens the database that the settings name beside a running service: nothing is created or migrated.
+    ///
+    /// # Errors
+    /// The same as [`Self::open_beside`]; or the server cannot be used.
+    pub async fn open_beside_as_set(settings: &Settings) -> Result<Self, StoreError> {
+        #[cfg(feature = "scale-out")]
+        if let Some(address) = &settings.database {
+            return Ok(Self::of_server(Box::pin(server(settings, address)?.open_beside()).await?));
+        }
+        #[cfg(not(feature = "scale-out"))]
+        if settings.database.is_some() {
+            return Err(StoreError::NoServers);
+        }
+        Self::open_beside(&settings.data_dir.join(DATABASE_NAME)).await
+    }
+
+    /// Completed when another service has taken over the database: this one can store nothing any more, and has to end.
+    pub async fn taken_over(&self) {
+        match &self.writer {
+            // The lock of its directory cannot be lost.
+            On::Sqlite(_) => std::future::pending().await,
+            #[cfg(feature = "scale-out")]
+            On::Postgres(writer) => writer.taken_over().await,
+            #[cfg(not(feature = "scale-out"))]
+            On::Postgres(never) => match *never {},
+        }
+    }
+
+    #[cfg(feature = "scale-out")]
+    fn of_server(opened: postgres_opening::Opened) -> Self {
+        Self::over(Db(On::Postgres(opened.readers)), On::Postgres(opened.writer))
+    }
+
+    fn of_file(opened: sqlite::Opened) -> Self {
+        let sqlite::Opened { readers, writer } = opened;
+        Self::over(Db(On::Sqlite(readers)), On::Sqlite(writer))
+    }
+
+    fn over(db: Db, writer: On<SqlitePool, PgWriter>) -> Self {
+        Self { db, writer, writes: Arc::default(), soundness: Arc::default() }
     }
 
     /// The same store, which records the damage that it finds there.
@@ -90,61 +154,6 @@ impl Store {
         Ok(())
     }
 
-    /// Opens the database beside a running service: nothing is created or migrated.
-    ///
-    /// # Errors
-    /// The file is missing, or not in the form of this version.
-    pub async fn open_beside(file: &Path) -> Result<Self, StoreError> {
-        Self::opened(file, 1, false).await
-    }
-
-    async fn opened(file: &Path, readers: u32, alone: bool) -> Result<Self, StoreError> {
-        let options = SqliteConnectOptions::new()
-            .filename(file)
-            .create_if_missing(alone)
-            .journal_mode(SqliteJournalMode::Wal)
-            .synchronous(SqliteSynchronous::Full)
-            .foreign_keys(true)
-            .busy_timeout(Duration::from_secs(5));
-        let writer = SqlitePoolOptions::new()
-            .max_connections(1)
-            .acquire_timeout(Duration::from_secs(10))
-            .idle_timeout(None)
-            .max_lifetime(None)
-            // A connection that a full disk left inside a transaction never returns to the pool.
-            .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
-            .connect_with(options.clone())
-            .await
-            .doing("opening the database")?;
-        let version: String = sqlx::query_scalar("SELECT sqlite_version()")
-            .fetch_one(&writer)
-            .await
-            .doing("asking for the version")?;
-        if !new_enough(&version) {
-            return Err(StoreError::TooOld { found: version, needed: OLDEST_SQLITE.0 });
-        }
-        if alone {
-            not_newer(&writer).await?;
-            migrate(&writer).await?;
-        } else {
-            same_form(&writer).await?;
-        }
-        // All connections are opened at the start and stay open: their caches of the file are ready when they are
-        // needed, and memory does not depend on how many were needed at once.
-        let readers = SqlitePoolOptions::new()
-            .min_connections(readers)
-            .max_connections(readers)
-            .acquire_timeout(Duration::from_secs(10))
-            .idle_timeout(None)
-            .max_lifetime(None)
-            .after_release(|connection, _| Box::pin(async move { Ok(!connection.is_in_transaction()) }))
-            // Long answers (a trend of ten thousand runs) are handed over in fewer, larger parts.
-            .connect_with(options.pragma("query_only", "ON").row_buffer_size(ROWS_HANDED_OVER))
-            .await
-            .doing("opening the database for reading")?;
-        Ok(Self { readers: Readers::new(readers), writer, writes: Arc::default(), soundness: Arc::default() })
-    }
-
     /// The number of write transactions that have ended: while it stays the same, everything read since is current.
     #[must_use]
     pub fn writes(&self) -> u64 {
@@ -152,22 +161,24 @@ impl Store {
     }
 
     /// Runs `work` in one write transaction, completely or not at all. The lock is taken at the start, and a failed
-    /// transaction is rolled back before its connection is used again.
+    /// transaction is rolled back before its connection is used again. Every error of a statement has to leave `work`:
+    /// PostgreSQL stores nothing after one.
     pub(super) async fn write<T, F>(&self, doing: &'static str, work: F) -> Result<T, StoreError>
     where
         T: Send,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>> + Send,
+        F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, sqlx::Error>> + Send,
     {
         let _timed = meter::STORE_WRITES.begin();
         // It is counted however it ends, even if the caller no longer waits for it.
         let _counted = Counted(&self.writes);
-        let mut connection = self.writer.acquire().await.doing(doing)?;
-        let done = transact(&mut connection, doing, work).await;
-        if matches!(done, Err(StoreError::Storage { .. })) {
-            // A connection that was opened on a read-only disk stays read-only after the disk becomes writable.
-            connection.close_on_drop();
+        match &self.writer {
+            On::Sqlite(writer) => sqlite::write(writer, doing, work).await,
+            #[cfg(feature = "scale-out")]
+            // Boxed, so that the futures of all requests keep their size.
+            On::Postgres(writer) => Box::pin(writer.write(doing, work)).await,
+            #[cfg(not(feature = "scale-out"))]
+            On::Postgres(never) => match *never {},
         }
-        done
     }
 
     /// Whether the database answers.
@@ -175,86 +186,51 @@ impl Store {
     /// # Errors
     /// It does not.
     pub async fn check(&self) -> Result<(), StoreError> {
-        let _one: i64 =
-            sqlx::query_scalar("SELECT 1").fetch_one(&self.readers).await.doing("checking the database")?;
+        sql!(self.db, one(_), "SELECT CAST(1 AS BIGINT) AS \"one!\"").doing("checking the database")?;
         Ok(())
     }
 
     /// Closes every connection; the write-ahead log is merged by the last.
     pub async fn close(&self) {
-        self.readers.close().await;
-        self.writer.close().await;
-    }
-}
-
-/// Does all of `work`, or nothing.
-async fn transact<T, F>(
-    connection: &mut SqliteConnection,
-    doing: &'static str,
-    work: F,
-) -> Result<T, StoreError>
-where
-    F: for<'c> FnOnce(&'c mut SqliteConnection) -> BoxFuture<'c, Result<T, sqlx::Error>>,
-{
-    let mut transaction = connection.begin_with("BEGIN IMMEDIATE").await.doing(doing)?;
-    match work(&mut transaction).await {
-        Ok(done) => transaction.commit().await.doing(doing).map(|()| done),
-        Err(fault) => {
-            if let Err(also) = transaction.rollback().await {
-                tracing::error!(error = %also, doing, "a transaction could not be rolled back");
-            }
-            Err(fault).doing(doing)
+        match &self.db.0 {
+            On::Sqlite(readers) => readers.close().await,
+            #[cfg(feature = "scale-out")]
+            On::Postgres(readers) => readers.close().await,
+            #[cfg(not(feature = "scale-out"))]
+            On::Postgres(never) => match *never {},
+        }
+        match &self.writer {
+            On::Sqlite(writer) => writer.close().await,
+            #[cfg(feature = "scale-out")]
+            On::Postgres(writer) => writer.close().await,
+            #[cfg(not(feature = "scale-out"))]
+            On::Postgres(never) => match *never {},
         }
     }
 }
 
-/// Updates the database to the newest form. The migrations are not written through to the disk one by one: the first
-/// transaction after them writes the log through from its beginning. If the power fails before, they run again.
-async fn migrate(writer: &SqlitePool) -> Result<(), StoreError> {
-    let doing = "setting how the database writes";
-    sqlx::query("PRAGMA synchronous = NORMAL").execute(writer).await.doing(doing)?;
-    sqlx::migrate!().run(writer).await?;
-    sqlx::query("PRAGMA synchronous = FULL").execute(writer).await.doing(doing)?;
-    Ok(())
+/// The server that the settings name.
+#[cfg(feature = "scale-out")]
+fn server<'a>(
+    settings: &Settings,
+    address: &'a DatabaseAddress,
+) -> Result<postgres_opening::Server<'a>, StoreError> {
+    let read = |path: &PathBuf| {
+        let unusable = |source| StoreError::Note { path: path.clone(), source };
+        let mode = path.metadata().map_err(unusable)?.permissions().mode() & 0o777;
+        if mode & 0o026 != 0 {
+            return Err(StoreError::Exposed { path: path.clone(), mode });
+        }
+        let text = std::fs::read_to_string(path).map_err(unusable)?;
+        Ok(text.trim_end_matches(['\r', '\n']).to_owned())
+    };
+    let password = settings.database_password_file.as_ref().map(read).transpose()?;
+    Ok(postgres_opening::Server { address, password })
 }
 
-/// Whether the database is in the form of this version.
-async fn same_form(writer: &SqlitePool) -> Result<(), StoreError> {
-    let mut connection = writer.acquire().await.doing("asking for the form of the database")?;
-    let found = newest_migration(&mut connection).await?;
-    if found == Some(own_schema()) {
-        return Ok(());
-    }
-    Err(StoreError::OtherForm { found: found.unwrap_or_default(), needed: own_schema() })
-}
-
-/// Whether a database file is missing or empty.
-fn is_empty(file: &Path) -> bool {
-    std::fs::metadata(file).map_or_else(|fault| fault.kind() == ErrorKind::NotFound, |found| found.len() == 0)
-}
-
-/// Refuses an empty database if files are stored beside it, because a service that starts with it would remove them all,
-/// or if a restore did not end.
-fn no_files_beside(file: &Path) -> Result<(), StoreError> {
-    let directory = file.parent().unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
-    let mut names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
-    if let Some(found) = names.find(|name| name.starts_with(STAGING)) {
-        return Err(StoreError::Unrestored { directory: directory.to_owned(), found });
-    }
-    match stored_files(directory) {
-        0 => Ok(()),
-        files => Err(StoreError::Lost { database: file.to_owned(), folder: directory.join("blobs"), files }),
-    }
-}
-
-/// Refuses a schema that this version does not know.
-async fn not_newer(writer: &SqlitePool) -> Result<(), StoreError> {
-    let mut connection = writer.acquire().await.doing("asking for the schema of the database")?;
-    match newest_migration(&mut connection).await? {
-        Some(found) if found > own_schema() => Err(StoreError::Newer { found, ours: own_schema() }),
-        _ => Ok(()),
-    }
+/// The directory of a database file.
+fn directory_of(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new("."))
 }
 
 /// Counts when it is dropped.
@@ -263,26 +239,5 @@ struct Counted<'a>(&'a AtomicU64);
 impl Drop for Counted<'_> {
     fn drop(&mut self) {
         self.0.fetch_add(1, Ordering::SeqCst);
-    }
-}
-
-fn new_enough(version: &str) -> bool {
-    let mut parts = version.split('.').map(|part| part.parse().unwrap_or(0));
-    let found: [u32; 3] = std::array::from_fn(|_| parts.next().unwrap_or(0));
-    found >= OLDEST_SQLITE.1
-}
-
-#[cfg(test)]
-mod tests {
-    use super::new_enough;
-
-    #[test]
-    fn an_older_sqlite_is_too_old() {
-        for version in ["3.51.3", "3.51.10", "3.52.0", "4.0.0"] {
-            assert!(new_enough(version), "{version}");
-        }
-        for version in ["3.51.2", "3.9.9", "2.99.99", "", "unknown"] {
-            assert!(!new_enough(version), "{version}");
-        }
     }
 }

@@ -12,36 +12,43 @@ use tokio::sync::OnceCell;
 use super::audit_chain::examine_chain;
 use super::calibration_errors::contradictions;
 use super::error::Doing;
+use super::sql::{On, Tx};
 use super::{AuditChain, AuditHead, DatabaseFile, Pace, StoreError, own_schema, sha256_hex};
 
 /// Largest number of findings that are reported one by one.
-const MAX_FINDINGS: usize = 100;
+pub(super) const MAX_FINDINGS: usize = 100;
 /// Rows read at a time: no lock is held between two parts.
 const AT_ONCE: usize = 200;
 
 /// A column whose digest is in another column.
-struct Digested {
-    table: &'static str,
-    text: &'static str,
-    sha256: &'static str,
+pub(super) struct Digested {
+    pub(super) table: &'static str,
+    pub(super) text: &'static str,
+    pub(super) sha256: &'static str,
+    /// What names a row, on a server.
+    #[cfg_attr(not(feature = "scale-out"), expect(dead_code, reason = "a file gives the key of each row"))]
+    pub(super) key: &'static str,
 }
 
-const DIGESTED: [Digested; 5] = [
-    Digested { table: "machine_revisions", text: "profile", sha256: "sha256" },
-    Digested { table: "tool_revisions", text: "document", sha256: "sha256" },
-    Digested { table: "calibrations", text: "run", sha256: "run_sha256" },
-    Digested { table: "calibrations", text: "document", sha256: "document_sha256" },
-    Digested { table: "jobs", text: "report", sha256: "report_sha256" },
+const OF_MACHINE: &str = "machine_id || '/' || revision";
+const OF_TOOL: &str = "machine_id || '/' || tool_id || '/' || revision";
+
+pub(super) const DIGESTED: [Digested; 5] = [
+    Digested { table: "machine_revisions", text: "profile", sha256: "sha256", key: OF_MACHINE },
+    Digested { table: "tool_revisions", text: "document", sha256: "sha256", key: OF_TOOL },
+    Digested { table: "calibrations", text: "run", sha256: "run_sha256", key: "id" },
+    Digested { table: "calibrations", text: "document", sha256: "document_sha256", key: "id" },
+    Digested { table: "jobs", text: "report", sha256: "report_sha256", key: "id" },
 ];
 
 /// Rows that contradict each other; its query describes each in words.
-struct Contradiction {
+pub(super) struct Contradiction {
     /// All tables that the query names.
     tables: &'static [&'static str],
-    query: &'static str,
+    pub(super) query: &'static str,
 }
 
-const CONTRADICTIONS: [Contradiction; 5] = [
+pub(super) const CONTRADICTIONS: [Contradiction; 5] = [
     Contradiction {
         tables: &["api_keys", "audit"],
         query: "SELECT 'the API key ' || id || ' was made by no entry of the audit log: revoke it' FROM api_keys k
@@ -57,7 +64,7 @@ const CONTRADICTIONS: [Contradiction; 5] = [
         tables: &["machines", "machine_revisions"],
         query: "SELECT 'machine ' || machine_id || ' is at revision ' || last_revision || ', and its last one is ' || last
                 FROM (SELECT m.machine_id, m.last_revision, coalesce(
-                    (SELECT max(revision) FROM machine_revisions r WHERE r.machine_id = m.machine_id), 0) AS last FROM machines m)
+                    (SELECT max(revision) FROM machine_revisions r WHERE r.machine_id = m.machine_id), 0) AS last FROM machines m) AS heads
                 WHERE last <> last_revision",
     },
     Contradiction {
@@ -65,7 +72,7 @@ const CONTRADICTIONS: [Contradiction; 5] = [
         query: "SELECT 'tool ' || tool_id || ' of machine ' || machine_id || ' is at revision ' || last_revision
                     || ', and its last one is ' || last
                 FROM (SELECT t.machine_id, t.tool_id, t.last_revision, coalesce((SELECT max(revision) FROM tool_revisions r
-                    WHERE r.machine_id = t.machine_id AND r.tool_id = t.tool_id), 0) AS last FROM tools t)
+                    WHERE r.machine_id = t.machine_id AND r.tool_id = t.tool_id), 0) AS last FROM tools t) AS heads
                 WHERE last <> last_revision",
     },
     Contradiction {
@@ -145,7 +152,7 @@ impl DatabaseFile {
             }
         }
         if tables.get("audit").is_some_and(|columns| columns.names.iter().any(|name| name == "sha256")) {
-            match examine_chain(connection, known).await {
+            match examine_chain(&mut Tx(On::Sqlite(connection)), known).await {
                 Ok(chain) => deep.audit = Some(chain),
                 Err(fault) => deep.find(format!("the audit log cannot be read: {fault}")),
             }

@@ -82,6 +82,15 @@ struct StoredDelivery {
     due_at: Option<String>,
 }
 
+struct StoredAttempt {
+    seq: i64,
+    started_at: String,
+    duration_ms: i64,
+    status: Option<i64>,
+    outcome: String,
+    detail: String,
+}
+
 impl Store {
     /// The due webhooks, those that have waited longest first. A webhook is due at `now` or before, or if its time is
     /// so far ahead that the clock must have been wrong when it was written.
@@ -97,21 +106,20 @@ impl Store {
     ) -> Result<Vec<DueDelivery>, StoreError> {
         let (jobs, receivers) = (as_array(Some(&taken.jobs)), as_array(Some(&taken.receivers)));
         let limit = i64::try_from(limit).unwrap_or(i64::MAX);
-        sqlx::query_as!(
-            DueDelivery,
+        sql!(
+            self.db,
+            all(DueDelivery),
             "SELECT job_id, receiver FROM deliveries
-             WHERE state = 'waiting' AND (due_at <= ?1 OR due_at > ?2)
-               AND job_id NOT IN (SELECT value FROM json_each(?3))
-               AND receiver NOT IN (SELECT value FROM json_each(?4))
-             ORDER BY due_at LIMIT ?5",
+             WHERE state = 'waiting' AND (due_at <= $1 OR due_at > $2)
+               AND job_id NOT IN (SELECT value FROM json_each($3))
+               AND receiver NOT IN (SELECT value FROM json_each($4))
+             ORDER BY due_at LIMIT $5",
             now,
             farthest,
             jobs,
             receivers,
             limit
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("looking for webhooks to deliver")
     }
 
@@ -121,16 +129,16 @@ impl Store {
     /// The database failed.
     pub async fn next_delivery(&self, taken: &Taken) -> Result<Option<String>, StoreError> {
         let (jobs, receivers) = (as_array(Some(&taken.jobs)), as_array(Some(&taken.receivers)));
-        let found = sqlx::query_scalar!(
+        let found = sql!(
+            self.db,
+            optional(_),
             "SELECT due_at FROM deliveries
-             WHERE state = 'waiting' AND job_id NOT IN (SELECT value FROM json_each(?1))
-               AND receiver NOT IN (SELECT value FROM json_each(?2))
+             WHERE state = 'waiting' AND job_id NOT IN (SELECT value FROM json_each($1))
+               AND receiver NOT IN (SELECT value FROM json_each($2))
              ORDER BY due_at LIMIT 1",
             jobs,
             receivers
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("looking for the next webhook")?;
         Ok(found.flatten())
     }
@@ -140,13 +148,12 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn delivery(&self, job_id: &str) -> Result<Option<DeliveryRow>, StoreError> {
-        let row = sqlx::query_as!(
-            StoredDelivery,
-            "SELECT receiver, state, round, attempts, due_at FROM deliveries WHERE job_id = ?",
+        let row = sql!(
+            self.db,
+            optional(StoredDelivery),
+            "SELECT receiver, state, round, attempts, due_at FROM deliveries WHERE job_id = $1",
             job_id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a delivery")?;
         let read = |row: StoredDelivery| {
             let StoredDelivery { receiver, state, round, attempts, due_at } = row;
@@ -169,15 +176,15 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<DeliveryAttempt>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query!(
+        let rows = sql!(
+            self.db,
+            all(StoredAttempt),
             "SELECT seq, started_at, duration_ms, status, outcome, detail FROM delivery_attempts
-             WHERE job_id = ? AND seq < ? ORDER BY seq DESC LIMIT ?",
+             WHERE job_id = $1 AND seq < $2 ORDER BY seq DESC LIMIT $3",
             job_id,
             before,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing attempts")?;
         let read = rows.into_iter().map(|row| {
             let unreadable =
@@ -212,33 +219,33 @@ impl Store {
             AfterAttempt::GivenUp => ("given-up", None),
             AfterAttempt::Again(at) => ("waiting", Some(at.clone())),
         };
-        self.write("recording an attempt", |connection| {
+        self.write("recording an attempt", |tx| {
             Box::pin(async move {
                 let (status, outcome) = (attempt.status.map(i64::from), attempt.outcome.as_str());
                 let duration_ms = attempt.duration_ms.unwrap_or(0);
                 // The job and its deliveries may have been removed meanwhile.
-                sqlx::query!(
+                sql!(
+                    tx,
+                    execute,
                     "INSERT INTO delivery_attempts (job_id, started_at, duration_ms, status, outcome, detail)
-                     SELECT job_id, ?, ?, ?, ?, ? FROM deliveries WHERE job_id = ?",
+                     SELECT job_id, $1, $2, $3, $4, $5 FROM deliveries WHERE job_id = $6",
                     attempt.started_at,
                     duration_ms,
                     status,
                     outcome,
                     attempt.detail,
                     job_id
-                )
-                .execute(&mut *connection)
-                .await?;
-                sqlx::query!(
-                    "UPDATE deliveries SET state = ?, due_at = ?, attempts = attempts + 1
-                     WHERE job_id = ? AND round = ?",
+                )?;
+                sql!(
+                    tx,
+                    execute,
+                    "UPDATE deliveries SET state = $1, due_at = $2, attempts = attempts + 1
+                     WHERE job_id = $3 AND round = $4",
                     state,
                     due_at,
                     job_id,
                     round
-                )
-                .execute(&mut *connection)
-                .await?;
+                )?;
                 Ok(())
             })
         })
@@ -258,23 +265,21 @@ impl Store {
     ) -> Result<Redelivery, StoreError> {
         let (id, now, used, by) = (job_id.to_owned(), now.to_owned(), used.cloned(), by.clone());
         let asked = self
-            .write("asking for a delivery", |connection| {
+            .write("asking for a delivery", |tx| {
                 Box::pin(async move {
-                    let done = sqlx::query!(
-                        "UPDATE deliveries SET state = 'waiting', round = round + 1, attempts = 0, due_at = ?
-                         WHERE job_id = ?",
+                    let done = sql!(
+                        tx,
+                        execute,
+                        "UPDATE deliveries SET state = 'waiting', round = round + 1, attempts = 0, due_at = $1
+                         WHERE job_id = $2",
                         now,
                         id
-                    )
-                    .execute(&mut *connection)
-                    .await?;
-                    if done.rows_affected() == 0 {
+                    )?;
+                    if done == 0 {
                         return Ok(false);
                     }
-                    keep_key(connection, used.as_ref(), Answer::Job(&id), &now).await?;
-                    let machine_id = sqlx::query_scalar!("SELECT machine_id FROM jobs WHERE id = ?", id)
-                        .fetch_optional(&mut *connection)
-                        .await?;
+                    keep_key(tx, used.as_ref(), Answer::Job(&id), &now).await?;
+                    let machine_id = sql!(tx, optional(_), "SELECT machine_id FROM jobs WHERE id = $1", id)?;
                     let change = Change {
                         at: &now,
                         action: AuditAction::DeliveryRequested,
@@ -282,7 +287,7 @@ impl Store {
                         resource: format!("/v1/jobs/{id}/deliveries"),
                         revisions: (None, None),
                     };
-                    audit(connection, &by, change).await?;
+                    audit(tx, &by, change).await?;
                     Ok(true)
                 })
             })
@@ -299,12 +304,12 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn deliveries_waiting(&self) -> Result<DeliveriesWaiting, StoreError> {
-        let row = sqlx::query!(
-            "SELECT (SELECT count(*) FROM deliveries WHERE state = 'waiting') AS \"count!: i64\",
-                 (SELECT min(created_at) FROM deliveries WHERE state = 'waiting') AS \"oldest: String\""
+        let row = sql!(
+            self.db,
+            one(DeliveriesWaiting),
+            "SELECT (SELECT count(*) FROM deliveries WHERE state = 'waiting') AS \"count!\",
+                 (SELECT min(created_at) FROM deliveries WHERE state = 'waiting') AS \"oldest\""
         )
-        .fetch_one(&self.readers)
-        .await
         .doing("counting the waiting webhooks")?;
         Ok(DeliveriesWaiting { count: row.count, oldest: row.oldest })
     }

@@ -2,8 +2,12 @@
 
 use std::path::PathBuf;
 
+use sqlx::error::DatabaseError;
+use sqlx::sqlite::SqliteError;
 use thiserror::Error;
 
+#[cfg(feature = "scale-out")]
+use super::postgres_fault::PgFault;
 use super::{DamagedFile, StorageFault};
 
 /// The database could not do its work.
@@ -62,6 +66,95 @@ pub enum StoreError {
         /// The incomplete copy in it.
         found: String,
     },
+    /// The settings name a server, but this binary knows only files.
+    #[error(
+        "database is set, but this binary was built without the feature scale-out; build with --features scale-out, or \
+         leave database empty to keep the data in the data directory"
+    )]
+    NoServers,
+    /// The address of the server cannot be used.
+    #[error("the address of the database cannot be used: {why}")]
+    Address {
+        /// What is wrong, without a word of the address.
+        why: &'static str,
+    },
+    /// The file with the password, or the note of the database, cannot be used.
+    #[error("{} cannot be used: {source}", path.display())]
+    Note {
+        /// Path of the file.
+        path: PathBuf,
+        /// The error of the system.
+        source: std::io::Error,
+    },
+    /// Others can read or change the file with the password.
+    #[error("{} has the mode {mode:03o}, so others can read or change the password: chmod 640 {}", path.display(), path.display())]
+    Exposed {
+        /// Path of the file.
+        path: PathBuf,
+        /// Its mode.
+        mode: u32,
+    },
+    /// The server does not answer, or does not let this service in.
+    #[error("{database} cannot be opened: {source}. Start the server, or change database in the settings")]
+    Unreachable {
+        /// The address without a password.
+        database: String,
+        /// The message of the server.
+        source: sqlx::Error,
+    },
+    /// The server is too old.
+    #[error("the server is PostgreSQL {found}, but {needed} or later is needed; update the server")]
+    ServerTooOld {
+        /// Version of the server.
+        found: String,
+        /// Oldest accepted version.
+        needed: i32,
+    },
+    /// The server keeps texts in another encoding.
+    #[error(
+        "the database has the encoding {found}, but UTF8 is needed: createdb --encoding=UTF8 --template=template0"
+    )]
+    NotUtf8 {
+        /// Encoding of the database.
+        found: String,
+    },
+    /// Another service has the database.
+    #[error(
+        "{database} is in use by trunnion {version} on {host} (process {process}) since {since}. Stop that service first, \
+         or give this one a database of its own: in this version one service has a database"
+    )]
+    InUse {
+        /// The address without a password.
+        database: String,
+        /// Computer of the other service.
+        host: String,
+        /// Number of its process there.
+        process: i64,
+        /// Its version.
+        version: String,
+        /// Since when, by the clock of the server.
+        since: String,
+    },
+    /// The files in the data directory belong to another database.
+    #[error(
+        "the files in {} belong to another database (noted in {}). No file was touched: name the directory of this \
+         database with --data-dir, or an empty one for a new database", directory.display(), note.display()
+    )]
+    OtherDatabase {
+        /// The data directory.
+        directory: PathBuf,
+        /// The file that names its database.
+        note: PathBuf,
+    },
+    /// The data directory has a database of its own.
+    #[error(
+        "{} has a database file of its own, and its files belong to that; name another directory with --data-dir for \
+         the service on PostgreSQL", directory.display()
+    )]
+    FileHere {
+        /// The data directory.
+        directory: PathBuf,
+    },
     /// The database file could not be opened or migrated.
     #[error("migrating the database: {0}")]
     Migrate(#[from] sqlx::migrate::MigrateError),
@@ -92,6 +185,9 @@ pub enum StoreError {
     /// The secret that was created at the first start is missing.
     #[error("there is no secret to sign webhooks with")]
     NoSecret,
+    /// PostgreSQL stores no text with the character U+0000.
+    #[error("a text contains the character U+0000, which this database cannot store; leave it out")]
+    Nul,
     /// A statement failed for another reason.
     #[error("while {doing}: {source}")]
     Statement {
@@ -102,6 +198,20 @@ pub enum StoreError {
     },
 }
 
+impl StoreError {
+    /// Why the server of the database does not answer, if that is the fault: in words that every caller may read.
+    #[must_use]
+    pub fn of_the_server(&self) -> Option<String> {
+        match self {
+            #[cfg(feature = "scale-out")]
+            Self::Storage { fault: StorageFault::Away, source } => {
+                Some(super::postgres_fault::reason(source))
+            }
+            _ => None,
+        }
+    }
+}
+
 /// Adds the name of the action to a failed statement.
 pub(super) trait Doing<T> {
     fn doing(self, what: &'static str) -> Result<T, StoreError>;
@@ -110,7 +220,16 @@ pub(super) trait Doing<T> {
 impl<T> Doing<T> for Result<T, sqlx::Error> {
     fn doing(self, what: &'static str) -> Result<T, StoreError> {
         self.map_err(|source| {
-            let code = source.as_database_error().and_then(|error| error.code()?.parse::<u32>().ok());
+            #[cfg(feature = "scale-out")]
+            match PgFault::of(&source) {
+                Some(PgFault::Storage(fault)) => return StoreError::Storage { fault, source },
+                Some(PgFault::Busy) => return StoreError::Busy(source),
+                Some(PgFault::Nul) => return StoreError::Nul,
+                Some(PgFault::Statement) => return StoreError::Statement { doing: what, source },
+                None => {}
+            }
+            let sqlite = source.as_database_error().and_then(|error| error.try_downcast_ref::<SqliteError>());
+            let code = sqlite.and_then(|error| error.code()?.parse::<u32>().ok());
             if let Some(fault) = code.and_then(StorageFault::of_sqlite) {
                 return StoreError::Storage { fault, source };
             }

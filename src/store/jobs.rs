@@ -163,9 +163,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn job(&self, id: &str) -> Result<Option<JobRow>, StoreError> {
-        let row = sqlx::query_as!(StoredJob, "SELECT * FROM jobs WHERE id = ?", id)
-            .fetch_optional(&self.readers)
-            .await
+        let row = sql!(self.db, optional(StoredJob), "SELECT * FROM jobs WHERE id = $1", id)
             .doing("reading a job")?;
         row.map(StoredJob::read).transpose()
     }
@@ -181,24 +179,29 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<JobRow>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let (machine_id, external_id) = (&filter.machine_id, &filter.external_id);
+        let (machine_id, external_id) = (filter.machine_id.as_deref(), filter.external_id.as_deref());
         let (state, operation) =
             (filter.state.map(JobState::as_str), filter.operation.map(JobOperation::as_str));
-        let (created_after, created_before) = (&filter.created_after, &filter.created_before);
+        let (created_after, created_before) =
+            (filter.created_after.as_deref(), filter.created_before.as_deref());
         let machines = as_array(filter.machines.as_ref());
-        let (input_sha256, output_sha256) = (&filter.input_sha256, &filter.output_sha256);
+        let (input_sha256, output_sha256) = (filter.input_sha256.as_deref(), filter.output_sha256.as_deref());
         /// The statement whose first condition an index answers; the others only look at the rows that this one finds.
         macro_rules! listed {
             ($first:tt) => {
-                sqlx::query_as!(
-                    StoredJob,
-                    "SELECT * FROM jobs WHERE " + $first + " AND seq < ?1
-                       AND (?2 IS NULL OR machine_id = ?2) AND (?3 IS NULL OR state = ?3)
-                       AND (?4 IS NULL OR external_id = ?4) AND (?5 IS NULL OR operation = ?5)
-                       AND (?6 IS NULL OR created_at >= ?6) AND (?7 IS NULL OR created_at < ?7)
-                       AND (?8 IS NULL OR machine_id IN (SELECT value FROM json_each(?8)))
-                       AND (?9 IS NULL OR input_sha256 = ?9) AND (?10 IS NULL OR output_sha256 = ?10)
-                     ORDER BY seq DESC LIMIT ?11",
+                sql!(
+                    self.db,
+                    all(StoredJob),
+                    "SELECT * FROM jobs WHERE " + $first + " AND seq < $1
+                       AND (CAST($2 AS TEXT) IS NULL OR machine_id = $2) AND (CAST($3 AS TEXT) IS NULL OR state = $3)
+                       AND (CAST($4 AS TEXT) IS NULL OR external_id = $4)
+                       AND (CAST($5 AS TEXT) IS NULL OR operation = $5)
+                       AND (CAST($6 AS TEXT) IS NULL OR created_at >= $6)
+                       AND (CAST($7 AS TEXT) IS NULL OR created_at < $7)
+                       AND (CAST($8 AS TEXT) IS NULL OR machine_id IN (SELECT value FROM json_each($8)))
+                       AND (CAST($9 AS TEXT) IS NULL OR input_sha256 = $9)
+                       AND (CAST($10 AS TEXT) IS NULL OR output_sha256 = $10)
+                     ORDER BY seq DESC LIMIT $11",
                     before,
                     machine_id,
                     state,
@@ -211,14 +214,12 @@ impl Store {
                     output_sha256,
                     count
                 )
-                .fetch_all(&self.readers)
-                .await
             };
         }
         let rows = match (input_sha256, output_sha256, external_id) {
-            (Some(_), _, _) => listed!("input_sha256 = ?9"),
-            (None, Some(_), _) => listed!("output_sha256 = ?10"),
-            (None, None, Some(_)) => listed!("external_id = ?4"),
+            (Some(_), _, _) => listed!("input_sha256 = $9"),
+            (None, Some(_), _) => listed!("output_sha256 = $10"),
+            (None, None, Some(_)) => listed!("external_id = $4"),
             (None, None, None) => listed!("TRUE"),
         }
         .doing("listing jobs")?;
@@ -236,15 +237,18 @@ impl Store {
         let (used, by) = (used.cloned(), by.clone());
         let parameters = document.parameters.to_string();
         let added = self
-            .write("storing a job", |connection| {
+            .write("storing a job", |tx| {
                 Box::pin(async move {
                     let (operation, state) = (document.operation.as_str(), document.state.as_str());
-                    sqlx::query!(
+                    sql!(
+                        tx,
+                        execute,
                         "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, output_sha256, changes_sha256, report,
                              report_sha256, external_id, software_version, created_at, started_at, finished_at,
                              steps, motions_checked)
-                         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17,
+                             $18, $19, $20, $21)",
                         document.id,
                         document.machine_id,
                         document.machine_revision,
@@ -266,12 +270,10 @@ impl Store {
                         document.finished_at,
                         steps,
                         motions_checked
-                    )
-                    .execute(&mut *connection)
-                    .await?;
+                    )?;
                     let answer = Answer::Job(&document.id);
-                    keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
-                    audit(connection, &by, created(&document)).await?;
+                    keep_key(tx, used.as_ref(), answer, &document.created_at).await?;
+                    audit(tx, &by, created(&document)).await?;
                     Ok(())
                 })
             })
@@ -290,15 +292,15 @@ impl Store {
         machines: Option<&BTreeSet<String>>,
     ) -> Result<Vec<String>, StoreError> {
         let machines = as_array(machines);
-        let rows = sqlx::query_scalar!(
-            "SELECT DISTINCT steps AS \"steps!: String\" FROM jobs
-             WHERE output_sha256 = ?1 AND steps <> '' AND input_sha256 <> ?1
-               AND (?2 IS NULL OR machine_id IN (SELECT value FROM json_each(?2)))",
+        let rows = sql!(
+            self.db,
+            all(_),
+            "SELECT DISTINCT steps AS \"steps!\" FROM jobs
+             WHERE output_sha256 = $1 AND steps <> '' AND input_sha256 <> $1
+               AND (CAST($2 AS TEXT) IS NULL OR machine_id IN (SELECT value FROM json_each($2)))",
             sha256,
             machines
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("looking for what a program was made from")?;
         Ok(rows)
     }
@@ -308,15 +310,15 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn named_blobs(&self) -> Result<HashSet<String>, StoreError> {
-        let rows = sqlx::query!(
-            "SELECT input_sha256 AS \"sha256!: String\" FROM jobs
+        let rows = sql!(
+            self.db,
+            all(_),
+            "SELECT input_sha256 AS \"sha256!\" FROM jobs
              UNION SELECT output_sha256 FROM jobs WHERE output_sha256 IS NOT NULL
              UNION SELECT surface_sha256 FROM jobs WHERE surface_sha256 IS NOT NULL
              UNION SELECT changes_sha256 FROM jobs WHERE changes_sha256 IS NOT NULL"
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing the files in use")?;
-        Ok(rows.into_iter().map(|row| row.sha256).collect())
+        Ok(rows.into_iter().collect())
     }
 }

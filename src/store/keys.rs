@@ -1,11 +1,10 @@
 //! Idempotency keys: the first answers to their requests.
 
-use sqlx::error::ErrorKind;
-use sqlx::sqlite::SqliteConnection;
-
 use super::error::Doing;
+use super::sql::Tx;
 use super::{CalibrationRow, JobRow, Revision, Store, StoreError};
 use crate::wire::WearEntry;
+use sqlx::error::ErrorKind;
 
 /// An idempotency key and its use.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -38,6 +37,17 @@ pub enum Remembered {
     Other,
 }
 
+/// A use of a key, and what it belongs to.
+struct StoredUse {
+    fingerprint: String,
+    job_id: Option<String>,
+    calibration_id: Option<String>,
+    calibrated: Option<String>,
+    machine_id: Option<String>,
+    machine_revision: Option<i64>,
+    wear_entry_id: Option<String>,
+}
+
 /// The answer that a key belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Answer<'a> {
@@ -50,7 +60,7 @@ pub(super) enum Answer<'a> {
 
 /// Stores a key inside the transaction that stores its answer, and removes keys that are too old.
 pub(super) async fn keep_key(
-    connection: &mut SqliteConnection,
+    tx: &mut Tx<'_>,
     used: Option<&KeyUse>,
     answer: Answer<'_>,
     now: &str,
@@ -62,12 +72,14 @@ pub(super) async fn keep_key(
         Answer::Revision(machine, revision) => (None, None, Some(machine), Some(revision), None),
         Answer::Wear(first) => (None, None, None, None, Some(first)),
     };
-    forget_keys(connection, since, farthest).await?;
+    forget_keys(tx, since, farthest).await?;
     let at = now.max(not_before.as_str());
-    sqlx::query!(
+    sql!(
+        tx,
+        execute,
         "INSERT INTO idempotency_keys (idempotency_key, fingerprint, job_id, calibration_id, machine_id,
              machine_revision, wear_entry_id, created_at)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
         key,
         fingerprint,
         job,
@@ -76,24 +88,20 @@ pub(super) async fn keep_key(
         revision,
         wear,
         at
-    )
-    .execute(&mut *connection)
-    .await?;
+    )?;
     Ok(())
 }
 
 /// Removes the keys used before `since`; a key stored as used after `farthest` counts as used then.
-pub(super) async fn forget_keys(
-    connection: &mut SqliteConnection,
-    since: &str,
-    farthest: &str,
-) -> Result<(), sqlx::Error> {
-    sqlx::query!("DELETE FROM idempotency_keys WHERE created_at < ?", since)
-        .execute(&mut *connection)
-        .await?;
-    sqlx::query!("UPDATE idempotency_keys SET created_at = ? WHERE created_at > ?", farthest, farthest)
-        .execute(&mut *connection)
-        .await?;
+pub(super) async fn forget_keys(tx: &mut Tx<'_>, since: &str, farthest: &str) -> Result<(), sqlx::Error> {
+    sql!(tx, execute, "DELETE FROM idempotency_keys WHERE created_at < $1", since)?;
+    sql!(
+        tx,
+        execute,
+        "UPDATE idempotency_keys SET created_at = $1 WHERE created_at > $2",
+        farthest,
+        farthest
+    )?;
     Ok(())
 }
 
@@ -118,16 +126,16 @@ impl Store {
     /// The database failed.
     pub async fn remembered(&self, used: &KeyUse) -> Result<Option<Remembered>, StoreError> {
         let (key, since) = (&used.key, &used.since);
-        let row = sqlx::query!(
+        let row = sql!(
+            self.db,
+            optional(StoredUse),
             "SELECT fingerprint, job_id, k.calibration_id, c.machine_id AS calibrated, k.machine_id, k.machine_revision,
                  wear_entry_id
              FROM idempotency_keys k LEFT JOIN calibrations c ON c.id = k.calibration_id
-             WHERE idempotency_key = ? AND k.created_at >= ?",
+             WHERE idempotency_key = $1 AND k.created_at >= $2",
             key,
             since
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading an idempotency key")?;
         let Some(row) = row else { return Ok(None) };
         if row.fingerprint != used.fingerprint {
@@ -154,6 +162,7 @@ impl Store {
 #[cfg(test)]
 mod tests {
     use sqlx::Connection;
+    use sqlx::sqlite::SqliteConnection;
 
     use super::*;
 

@@ -63,6 +63,33 @@ struct RevisionRow {
     calibration_id: Option<String>,
 }
 
+/// A machine in a list.
+struct ListedRevision {
+    seq: i64,
+    machine_id: String,
+    revision: i64,
+    profile: String,
+    sha256: String,
+    created_at: String,
+    calibration_id: Option<String>,
+}
+
+/// The last revision of a machine, which may be deleted.
+struct CurrentRevision {
+    deleted: i64,
+    last_revision: i64,
+    profile: String,
+    sha256: String,
+    created_at: String,
+    calibration_id: Option<String>,
+}
+
+/// Number and digest of the last revision of a machine.
+struct CurrentHead {
+    last_revision: i64,
+    sha256: String,
+}
+
 impl RevisionRow {
     fn read(self, store: &Store) -> Result<Revision, StoreError> {
         let Self { machine_id, revision, profile, sha256, created_at, calibration_id } = self;
@@ -85,15 +112,14 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn machine(&self, machine_id: &str) -> Result<Option<Revision>, StoreError> {
-        let row = sqlx::query_as!(
-            RevisionRow,
+        let row = sql!(
+            self.db,
+            optional(RevisionRow),
             "SELECT r.machine_id, r.revision, r.profile, r.sha256, r.created_at, r.calibration_id
              FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
-             WHERE m.machine_id = ? AND m.deleted = 0",
+             WHERE m.machine_id = $1 AND m.deleted = 0",
             machine_id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a machine")?;
         row.map(|row| row.read(self)).transpose()
     }
@@ -107,15 +133,14 @@ impl Store {
         machine_id: &str,
         revision: i64,
     ) -> Result<Option<Revision>, StoreError> {
-        let row = sqlx::query_as!(
-            RevisionRow,
+        let row = sql!(
+            self.db,
+            optional(RevisionRow),
             "SELECT machine_id, revision, profile, sha256, created_at, calibration_id FROM machine_revisions
-             WHERE machine_id = ? AND revision = ?",
+             WHERE machine_id = $1 AND revision = $2",
             machine_id,
             revision
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a machine revision")?;
         row.map(|row| row.read(self)).transpose()
     }
@@ -132,18 +157,18 @@ impl Store {
     ) -> Result<Page<Revision>, StoreError> {
         let only = as_array(only);
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query!(
+        let rows = sql!(
+            self.db,
+            all(ListedRevision),
             "SELECT m.seq, r.machine_id, r.revision, r.profile, r.sha256, r.created_at, r.calibration_id
              FROM machines m JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
-             WHERE m.deleted = 0 AND m.seq < ?1
-               AND (?2 IS NULL OR m.machine_id IN (SELECT value FROM json_each(?2)))
-             ORDER BY m.seq DESC LIMIT ?3",
+             WHERE m.deleted = 0 AND m.seq < $1
+               AND (CAST($2 AS TEXT) IS NULL OR m.machine_id IN (SELECT value FROM json_each($2)))
+             ORDER BY m.seq DESC LIMIT $3",
             before,
             only,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing machines")?;
         let read = rows.into_iter().map(|row| {
             let (machine_id, profile, sha256) = (row.machine_id, row.profile, row.sha256);
@@ -171,16 +196,15 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Option<Page<Revision>>, StoreError> {
         let (below, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query_as!(
-            RevisionRow,
+        let rows = sql!(
+            self.db,
+            all(RevisionRow),
             "SELECT machine_id, revision, profile, sha256, created_at, calibration_id FROM machine_revisions
-             WHERE machine_id = ? AND revision < ? ORDER BY revision DESC LIMIT ?",
+             WHERE machine_id = $1 AND revision < $2 ORDER BY revision DESC LIMIT $3",
             machine_id,
             below,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing revisions")?;
         if rows.is_empty() && before.is_none() {
             return Ok(None);
@@ -194,9 +218,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn has_no_machine_yet(&self) -> Result<bool, StoreError> {
-        let count = sqlx::query_scalar!("SELECT COUNT(*) FROM machines")
-            .fetch_one(&self.readers)
-            .await
+        let count = sql!(self.db, one(_), "SELECT COUNT(*) AS \"count!\" FROM machines")
             .doing("counting machines")?;
         Ok(count == 0)
     }
@@ -221,16 +243,17 @@ impl Store {
         let (id, digest, calibrated) = (machine_id.clone(), sha256.clone(), calibration_id);
         let (used, actor) = (used.cloned(), actor.clone());
         let put = self
-            .write("storing a machine", |connection| {
+            .write("storing a machine", |tx| {
                 Box::pin(async move {
-                    let current = sqlx::query!(
-                        "SELECT m.deleted, m.last_revision, r.profile, r.sha256, r.created_at, r.calibration_id FROM machines m
+                    let current = sql!(
+                        tx,
+                        optional(CurrentRevision),
+                        "SELECT m.deleted, m.last_revision, r.profile, r.sha256, r.created_at, r.calibration_id
+                         FROM machines m
                          JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
-                         WHERE m.machine_id = ?",
+                         WHERE m.machine_id = $1",
                         id
-                    )
-                    .fetch_optional(&mut *connection)
-                    .await?;
+                    )?;
                     let mut revision = 1;
                     let mut live = false;
                     if let Some(current) = current {
@@ -244,43 +267,42 @@ impl Store {
                             // A profile that was altered in the database is stored again.
                             if head.sha256 == digest && sha256_hex(current.profile.as_bytes()) == digest {
                                 let answer = Answer::Revision(&id, head.revision);
-                                keep_key(connection, used.as_ref(), answer, &created_at).await?;
+                                keep_key(tx, used.as_ref(), answer, &created_at).await?;
                                 let stored = (current.created_at, current.calibration_id);
                                 return Ok(Ok((false, head.revision, stored)));
                             }
                         }
-                        sqlx::query!(
-                            "UPDATE machines SET last_revision = ?, deleted = 0 WHERE machine_id = ?",
+                        sql!(
+                            tx,
+                            execute,
+                            "UPDATE machines SET last_revision = $1, deleted = 0 WHERE machine_id = $2",
                             revision,
                             id
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                        )?;
                     }
                     if !live && expected.is_some_and(|expected| expected != Expected::Nothing) {
                         return Err(sqlx::Error::RowNotFound);
                     }
                     if revision == 1 {
-                        sqlx::query!("INSERT INTO machines (machine_id, last_revision) VALUES (?, 1)", id)
-                            .execute(&mut *connection)
-                            .await?;
+                        sql!(tx, execute, "INSERT INTO machines (machine_id, last_revision) VALUES ($1, 1)", id)?;
                     }
-                    sqlx::query!(
-                        "INSERT INTO machine_revisions (machine_id, revision, profile, sha256, created_at, calibration_id)
-                         VALUES (?, ?, ?, ?, ?, ?)",
+                    sql!(
+                        tx,
+                        execute,
+                        "INSERT INTO machine_revisions (machine_id, revision, profile, sha256, created_at,
+                             calibration_id)
+                         VALUES ($1, $2, $3, $4, $5, $6)",
                         id,
                         revision,
                         text,
                         digest,
                         created_at,
                         calibrated
-                    )
-                    .execute(&mut *connection)
-                    .await?;
+                    )?;
                     let before = live.then_some(revision - 1);
                     let change = put_change(&id, calibrated.as_deref(), &created_at, before, revision);
-                    audit(connection, &actor, change).await?;
-                    keep_key(connection, used.as_ref(), Answer::Revision(&id, revision), &created_at).await?;
+                    audit(tx, &actor, change).await?;
+                    keep_key(tx, used.as_ref(), Answer::Revision(&id, revision), &created_at).await?;
                     Ok(Ok((!live, revision, (created_at, calibrated))))
                 })
             })
@@ -316,25 +338,23 @@ impl Store {
         actor: &Actor,
     ) -> Result<Result<(), Stale>, StoreError> {
         let (id, at, actor) = (machine_id.to_owned(), now.to_owned(), actor.clone());
-        self.write("deleting a machine", |connection| {
+        self.write("deleting a machine", |tx| {
             Box::pin(async move {
-                let current = sqlx::query!(
+                let current = sql!(
+                    tx,
+                    optional(CurrentHead),
                     "SELECT m.last_revision, r.sha256 FROM machines m
                      JOIN machine_revisions r ON r.machine_id = m.machine_id AND r.revision = m.last_revision
-                     WHERE m.machine_id = ? AND m.deleted = 0",
+                     WHERE m.machine_id = $1 AND m.deleted = 0",
                     id
-                )
-                .fetch_optional(&mut *connection)
-                .await?;
+                )?;
                 let Some(current) = current else { return Ok(Err(Stale::Missing)) };
                 let head = RevisionHead { revision: current.last_revision, sha256: current.sha256 };
                 if let Err(stale) = head.admits(expected.as_ref()) {
                     return Ok(Err(stale));
                 }
-                delete_tools_of(connection, &id, &at, &actor).await?;
-                sqlx::query!("UPDATE machines SET deleted = 1 WHERE machine_id = ?", id)
-                    .execute(&mut *connection)
-                    .await?;
+                delete_tools_of(tx, &id, &at, &actor).await?;
+                sql!(tx, execute, "UPDATE machines SET deleted = 1 WHERE machine_id = $1", id)?;
                 let change = Change {
                     at: &at,
                     action: AuditAction::MachineDeleted,
@@ -342,7 +362,7 @@ impl Store {
                     resource: format!("/v1/machines/{id}"),
                     revisions: (Some(current.last_revision), None),
                 };
-                audit(connection, &actor, change).await?;
+                audit(tx, &actor, change).await?;
                 Ok(Ok(()))
             })
         })

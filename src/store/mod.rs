@@ -1,5 +1,8 @@
 //! All SQL, and the files beside the database. No other module uses the database.
 
+#[macro_use]
+mod sql;
+
 mod api_keys;
 mod audit;
 mod audit_chain;
@@ -24,13 +27,25 @@ mod machines;
 mod marks;
 mod pace;
 mod page;
+#[cfg(feature = "scale-out")]
+mod postgres;
+#[cfg(feature = "scale-out")]
+mod postgres_fault;
+#[cfg(feature = "scale-out")]
+mod postgres_opening;
+#[cfg(feature = "scale-out")]
+mod postgres_rows;
+#[cfg(feature = "scale-out")]
+mod presence;
 mod private;
 mod queue;
 mod readers;
 mod recovery;
 mod retention;
 mod revisions;
+mod rows;
 mod soundness;
+mod sqlite;
 mod storage_fault;
 mod stored_file;
 mod tool_changes;

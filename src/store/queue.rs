@@ -133,6 +133,26 @@ pub struct QueueDepth {
     pub oldest: Option<String>,
 }
 
+/// Waiting jobs, and those of one caller among them.
+struct Waiting {
+    all: i64,
+    own: i64,
+}
+
+/// The job whose turn it is.
+struct Next {
+    id: String,
+    machine_id: String,
+    caller: Option<String>,
+}
+
+/// A job that its client cancels.
+struct Cancelled {
+    state: String,
+    machine_id: String,
+    cancel_requested: i64,
+}
+
 /// Number of deaths of the process beside others after which a job is computed alone: it is not known which job
 /// caused them.
 pub const DEATHS_BESIDE_OTHERS: i64 = 3;
@@ -155,15 +175,15 @@ impl Store {
         let (jobs, by) = (jobs.to_vec(), by.clone());
         let (room, caller) = (room.clone(), room.caller.to_string());
         let added = self
-            .write("queueing jobs", |connection| {
+            .write("queueing jobs", |tx| {
                 Box::pin(async move {
-                    let waiting = sqlx::query!(
-                        "SELECT count(*) AS \"all!: i64\", count(*) FILTER (WHERE caller = ?) AS \"own!: i64\"
+                    let waiting = sql!(
+                        tx,
+                        one(Waiting),
+                        "SELECT count(*) AS \"all!\", count(*) FILTER (WHERE caller = $1) AS \"own!\"
                          FROM jobs WHERE state = 'queued'",
                         caller
-                    )
-                    .fetch_one(&mut *connection)
-                    .await?;
+                    )?;
                     if let Err(refused) = room.check(waiting.all, waiting.own, jobs.len()) {
                         return Ok(Some(refused));
                     }
@@ -171,11 +191,13 @@ impl Store {
                         let JobRow { document, file_name, traceparent, accepted, .. } = job;
                         let (operation, parameters) =
                             (document.operation.as_str(), document.parameters.to_string());
-                        sqlx::query!(
+                        sql!(
+                            tx,
+                            execute,
                             "INSERT INTO jobs (id, machine_id, machine_revision, operation, parameters, state, progress,
                              file_name, input_sha256, surface_sha256, external_id, callback_url, attempts,
                              software_version, created_at, traceparent, accepted, caller)
-                         VALUES (?, ?, ?, ?, ?, 'queued', 0, ?, ?, ?, ?, ?, 0, ?, ?, ?, ?, ?)",
+                         VALUES ($1, $2, $3, $4, $5, 'queued', 0, $6, $7, $8, $9, $10, 0, $11, $12, $13, $14, $15)",
                             document.id,
                             document.machine_id,
                             document.machine_revision,
@@ -188,15 +210,13 @@ impl Store {
                             document.callback_url,
                             document.software_version,
                             document.created_at,
-                            traceparent,
-                            accepted,
-                            caller,
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                            traceparent.as_deref(),
+                            accepted.as_deref(),
+                            caller
+                        )?;
                         let answer = Answer::Job(&document.id);
-                        keep_key(connection, used.as_ref(), answer, &document.created_at).await?;
-                        audit(connection, &by, created(document)).await?;
+                        keep_key(tx, used.as_ref(), answer, &document.created_at).await?;
+                        audit(tx, &by, created(document)).await?;
                     }
                     Ok(None)
                 })
@@ -216,14 +236,14 @@ impl Store {
     /// The database failed.
     pub async fn has_claimable(&self, most_of_caller: usize) -> Result<bool, StoreError> {
         let most_of_caller = i64::try_from(most_of_caller).unwrap_or(i64::MAX);
-        sqlx::query_scalar!(
+        sql!(
+            self.db,
+            one(_),
             r#"SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND coalesce(caller, '') NOT IN
-                   (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running' GROUP BY 1 HAVING count(*) >= ?)
-               ) AS "is_there: bool""#,
+                   (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running' GROUP BY 1 HAVING count(*) >= $1)
+               ) AS "is_there!: _""#,
             most_of_caller
         )
-        .fetch_one(&self.readers)
-        .await
         .doing("looking for a job")
     }
 
@@ -244,58 +264,59 @@ impl Store {
         let (lease, now, version) = (lease.to_owned(), now.to_owned(), version.to_owned());
         let holder = lease.clone();
         let taken = self
-            .write("taking a job", |connection| {
+            .write("taking a job", |tx| {
                 Box::pin(async move {
-                    let next = sqlx::query!(
+                    let next = sql!(
+                        tx,
+                        optional(Next),
                         "SELECT id, j.machine_id, j.caller FROM jobs j
                          LEFT JOIN caller_turns c ON c.caller = j.caller
                          LEFT JOIN job_turns t ON t.machine_id = j.machine_id
                          WHERE state = 'queued' AND coalesce(j.caller, '') NOT IN
-                             (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running' GROUP BY 1 HAVING count(*) >= ?)
-                         ORDER BY deaths + lone_deaths = 0, lone_deaths, coalesce(c.turn, 0), coalesce(t.turn, 0), seq
+                             (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running'
+                              GROUP BY 1 HAVING count(*) >= $1)
+                         ORDER BY deaths + lone_deaths = 0, lone_deaths,
+                             coalesce(c.turn, 0), coalesce(t.turn, 0), seq
                          LIMIT 1",
                         most_of_caller
-                    )
-                    .fetch_optional(&mut *connection)
-                    .await?;
+                    )?;
                     let Some(next) = next else { return Ok(None) };
-                    sqlx::query!(
+                    sql!(
+                        tx,
+                        execute,
                         "INSERT INTO job_turns (machine_id, turn)
-                         VALUES (?, (SELECT coalesce(max(turn), 0) + 1 FROM job_turns))
+                         VALUES ($1, (SELECT coalesce(max(turn), 0) + 1 FROM job_turns))
                          ON CONFLICT (machine_id) DO UPDATE SET turn = excluded.turn",
                         next.machine_id
-                    )
-                    .execute(&mut *connection)
-                    .await?;
+                    )?;
                     if let Some(caller) = &next.caller {
-                        sqlx::query!(
+                        sql!(
+                            tx,
+                            execute,
                             "INSERT INTO caller_turns (caller, turn)
-                             VALUES (?, (SELECT coalesce(max(turn), 0) + 1 FROM caller_turns))
+                             VALUES ($1, (SELECT coalesce(max(turn), 0) + 1 FROM caller_turns))
                              ON CONFLICT (caller) DO UPDATE SET turn = excluded.turn",
                             caller
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                        )?;
                         // A caller that was served so long ago is first anyway.
-                        sqlx::query!(
-                            "DELETE FROM caller_turns WHERE turn <= (SELECT max(turn) FROM caller_turns) - ?",
+                        sql!(
+                            tx,
+                            execute,
+                            "DELETE FROM caller_turns WHERE turn <= (SELECT max(turn) FROM caller_turns) - $1",
                             TURNS_REMEMBERED
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                        )?;
                     }
-                    sqlx::query_as!(
-                        StoredJob,
-                        "UPDATE jobs SET state = 'running', attempts = attempts + 1, lease = ?, started_at = ?,
-                             software_version = ?
-                         WHERE id = ? AND state = 'queued' RETURNING *",
+                    sql!(
+                        tx,
+                        optional(StoredJob),
+                        "UPDATE jobs SET state = 'running', attempts = attempts + 1, lease = $1, started_at = $2,
+                             software_version = $3
+                         WHERE id = $4 AND state = 'queued' RETURNING *",
                         lease,
                         now,
                         version,
                         next.id
                     )
-                    .fetch_optional(&mut *connection)
-                    .await
                 })
             })
             .await?;
@@ -320,7 +341,7 @@ impl Store {
     ) -> Result<bool, StoreError> {
         let (id, lease, now) = (id.to_owned(), lease.to_owned(), now.to_owned());
         let ending = ending.clone();
-        self.write("ending a job", |connection| {
+        self.write("ending a job", |tx| {
             Box::pin(async move {
                 let done = match ending {
                     Ending::Succeeded {
@@ -330,40 +351,38 @@ impl Store {
                         changes_sha256,
                         steps,
                         motions_checked,
-                    } => {
-                        sqlx::query!(
-                            "UPDATE jobs SET state = 'succeeded', progress = 1, report = ?, report_sha256 = ?,
-                                 output_sha256 = ?, changes_sha256 = ?, steps = ?, motions_checked = ?,
-                                 finished_at = ?, lease = NULL
-                             WHERE id = ? AND state = 'running' AND lease = ? AND cancel_requested = 0",
-                            report,
-                            report_sha256,
-                            output_sha256,
-                            changes_sha256,
-                            steps,
-                            motions_checked,
-                            now,
-                            id,
-                            lease
-                        )
-                        .execute(&mut *connection)
-                        .await?
-                    }
+                    } => sql!(
+                        tx,
+                        execute,
+                        "UPDATE jobs SET state = 'succeeded', progress = 1, report = $1, report_sha256 = $2,
+                                 output_sha256 = $3, changes_sha256 = $4, steps = $5, motions_checked = $6,
+                                 finished_at = $7, lease = NULL
+                             WHERE id = $8 AND state = 'running' AND lease = $9 AND cancel_requested = 0",
+                        report,
+                        report_sha256,
+                        output_sha256,
+                        changes_sha256,
+                        steps,
+                        motions_checked,
+                        now,
+                        id,
+                        lease
+                    )?,
                     Ending::Failed { problem } => {
                         let problem = problem.to_string();
-                        sqlx::query!(
-                            "UPDATE jobs SET state = 'failed', problem = ?, finished_at = ?, lease = NULL
-                             WHERE id = ? AND state = 'running' AND lease = ? AND cancel_requested = 0",
+                        sql!(
+                            tx,
+                            execute,
+                            "UPDATE jobs SET state = 'failed', problem = $1, finished_at = $2, lease = NULL
+                             WHERE id = $3 AND state = 'running' AND lease = $4 AND cancel_requested = 0",
                             problem,
                             now,
                             id,
                             lease
-                        )
-                        .execute(&mut *connection)
-                        .await?
+                        )?
                     }
                 };
-                Ok(done.rows_affected() == 1)
+                Ok(done == 1)
             })
         })
         .await
@@ -377,21 +396,21 @@ impl Store {
     pub async fn give_back(&self, id: &str, lease: &str, now: &str) -> Result<GivenBack, StoreError> {
         let (id, lease, now) = (id.to_owned(), lease.to_owned(), now.to_owned());
         let state = self
-            .write("giving a job back", |connection| {
+            .write("giving a job back", |tx| {
                 Box::pin(async move {
-                    sqlx::query_scalar!(
-                        "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),
-                             attempts = iif(cancel_requested, attempts, attempts - 1),
-                             started_at = iif(cancel_requested, started_at, NULL),
-                             finished_at = iif(cancel_requested, ?, NULL), lease = NULL
-                         WHERE id = ? AND state = 'running' AND lease = ?
+                    sql!(
+                        tx,
+                        optional(_),
+                        "UPDATE jobs SET state = CASE WHEN cancel_requested = 1 THEN 'cancelled' ELSE 'queued' END,
+                             attempts = attempts - CASE WHEN cancel_requested = 1 THEN 0 ELSE 1 END,
+                             started_at = CASE WHEN cancel_requested = 1 THEN started_at END,
+                             finished_at = CASE WHEN cancel_requested = 1 THEN $1 END, lease = NULL
+                         WHERE id = $2 AND state = 'running' AND lease = $3
                          RETURNING state",
                         now,
                         id,
                         lease
                     )
-                    .fetch_optional(&mut *connection)
-                    .await
                 })
             })
             .await?;
@@ -408,29 +427,29 @@ impl Store {
     /// The database failed.
     pub async fn cancel_job(&self, id: &str, by: &Actor, now: &str) -> Result<Cancelling, StoreError> {
         let (id, by, now) = (id.to_owned(), by.clone(), now.to_owned());
-        self.write("cancelling a job", |connection| {
+        self.write("cancelling a job", |tx| {
             Box::pin(async move {
-                let job =
-                    sqlx::query!("SELECT state, machine_id, cancel_requested FROM jobs WHERE id = ?", id)
-                        .fetch_optional(&mut *connection)
-                        .await?;
+                let job = sql!(
+                    tx,
+                    optional(Cancelled),
+                    "SELECT state, machine_id, cancel_requested FROM jobs WHERE id = $1",
+                    id
+                )?;
                 let Some(job) = job else { return Ok(Cancelling::Unknown) };
                 let done = match job.state.as_str() {
                     "queued" => {
-                        sqlx::query!(
-                            "UPDATE jobs SET state = 'cancelled', cancel_requested = 1, finished_at = ?
-                             WHERE id = ?",
+                        sql!(
+                            tx,
+                            execute,
+                            "UPDATE jobs SET state = 'cancelled', cancel_requested = 1, finished_at = $1
+                             WHERE id = $2",
                             now,
                             id
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                        )?;
                         Cancelling::Cancelled
                     }
                     "running" => {
-                        sqlx::query!("UPDATE jobs SET cancel_requested = 1 WHERE id = ?", id)
-                            .execute(&mut *connection)
-                            .await?;
+                        sql!(tx, execute, "UPDATE jobs SET cancel_requested = 1 WHERE id = $1", id)?;
                         Cancelling::Requested
                     }
                     "cancelled" => Cancelling::Already,
@@ -447,7 +466,7 @@ impl Store {
                         resource: format!("/v1/jobs/{id}"),
                         revisions: (None, None),
                     };
-                    audit(connection, &by, change).await?;
+                    audit(tx, &by, change).await?;
                 }
                 Ok(done)
             })
@@ -461,13 +480,13 @@ impl Store {
     /// The database failed; the inner error says that it may not.
     pub async fn queue_room(&self, room: &QueueRoom, more: usize) -> Result<Result<(), NoShare>, StoreError> {
         let caller = room.caller.to_string();
-        let waiting = sqlx::query!(
-            "SELECT count(*) AS \"all!: i64\", count(*) FILTER (WHERE caller = ?) AS \"own!: i64\"
+        let waiting = sql!(
+            self.db,
+            one(Waiting),
+            "SELECT count(*) AS \"all!\", count(*) FILTER (WHERE caller = $1) AS \"own!\"
              FROM jobs WHERE state = 'queued'",
             caller
         )
-        .fetch_one(&self.readers)
-        .await
         .doing("measuring the queue")?;
         Ok(room.check(waiting.all, waiting.own, more))
     }
@@ -477,13 +496,13 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn queue_depth(&self) -> Result<QueueDepth, StoreError> {
-        let row = sqlx::query!(
-            "SELECT (SELECT count(*) FROM jobs WHERE state = 'queued') AS \"queued!: i64\",
-                 (SELECT count(*) FROM jobs WHERE state = 'running') AS \"running!: i64\",
-                 (SELECT created_at FROM jobs WHERE state = 'queued' ORDER BY seq LIMIT 1) AS \"oldest: String\""
+        let row = sql!(
+            self.db,
+            one(QueueDepth),
+            "SELECT (SELECT count(*) FROM jobs WHERE state = 'queued') AS \"queued!\",
+                 (SELECT count(*) FROM jobs WHERE state = 'running') AS \"running!\",
+                 (SELECT created_at FROM jobs WHERE state = 'queued' ORDER BY seq LIMIT 1) AS \"oldest\""
         )
-        .fetch_one(&self.readers)
-        .await
         .doing("measuring the queue")?;
         Ok(QueueDepth { queued: row.queued, running: row.running, oldest: row.oldest })
     }

@@ -35,39 +35,41 @@ impl Store {
     ) -> Result<Recovered, StoreError> {
         let (problem, now) = (problem.to_string(), now.to_owned());
         let (beside, alone) = (as_array(Some(&computed.beside)), as_array(Some(&computed.alone)));
-        self.write("taking up jobs", |connection| {
+        self.write("taking up jobs", |tx| {
             Box::pin(async move {
-                let cancelled = sqlx::query_scalar!(
-                    "UPDATE jobs SET state = 'cancelled', finished_at = ?, lease = NULL
+                let cancelled = sql!(
+                    tx,
+                    all(_),
+                    "UPDATE jobs SET state = 'cancelled', finished_at = $1, lease = NULL
                      WHERE state = 'running' AND cancel_requested = 1 RETURNING id",
                     now
-                )
-                .fetch_all(&mut *connection)
-                .await?;
-                sqlx::query!(
-                    "UPDATE jobs SET deaths = deaths + (id IN (SELECT value FROM json_each(?1))),
-                         lone_deaths = lone_deaths + (id IN (SELECT value FROM json_each(?2)))
+                )?;
+                sql!(
+                    tx,
+                    execute,
+                    "UPDATE jobs SET
+                         deaths = CASE WHEN id IN (SELECT value FROM json_each($1)) THEN deaths + 1 ELSE deaths END,
+                         lone_deaths = lone_deaths
+                             + CASE WHEN id IN (SELECT value FROM json_each($2)) THEN 1 ELSE 0 END
                      WHERE state = 'running'",
                     beside,
                     alone
-                )
-                .execute(&mut *connection)
-                .await?;
-                let parked = sqlx::query_scalar!(
-                    "UPDATE jobs SET state = 'failed', problem = ?, finished_at = ?, lease = NULL
-                     WHERE state = 'running' AND lone_deaths >= ? RETURNING id",
+                )?;
+                let parked = sql!(
+                    tx,
+                    all(_),
+                    "UPDATE jobs SET state = 'failed', problem = $1, finished_at = $2, lease = NULL
+                     WHERE state = 'running' AND lone_deaths >= $3 RETURNING id",
                     problem,
                     now,
                     LONE_DEATHS
-                )
-                .fetch_all(&mut *connection)
-                .await?;
-                let queued = sqlx::query!(
+                )?;
+                let queued = sql!(
+                    tx,
+                    execute,
                     "UPDATE jobs SET state = 'queued', started_at = NULL, lease = NULL WHERE state = 'running'"
-                )
-                .execute(&mut *connection)
-                .await?;
-                Ok(Recovered { queued: queued.rows_affected(), parked, cancelled })
+                )?;
+                Ok(Recovered { queued, parked, cancelled })
             })
         })
         .await

@@ -8,6 +8,16 @@ use crate::wire::{AuditAction, AuditOrigin};
 /// Jobs removed in one transaction: other transactions write in between.
 const REMOVED_AT_ONCE: i64 = 200;
 
+/// A job that was removed, and the files that it named.
+struct RemovedJob {
+    id: String,
+    machine_id: String,
+    input_sha256: String,
+    surface_sha256: Option<String>,
+    output_sha256: Option<String>,
+    changes_sha256: Option<String>,
+}
+
 impl Store {
     /// Removes some of the jobs that ended before `ended_before` and whose idempotency key, if any, was used before
     /// `keys_since`. A key stored as used after `keys_farthest` counts as used then. A job whose webhook still waits
@@ -24,21 +34,22 @@ impl Store {
     ) -> Result<Vec<Sha256Hex>, StoreError> {
         let [ended_before, keys_since, keys_farthest, now] =
             [ended_before, keys_since, keys_farthest, now].map(str::to_owned);
-        self.write("forgetting jobs", |connection| {
+        self.write("forgetting jobs", |tx| {
             Box::pin(async move {
-                forget_keys(connection, &keys_since, &keys_farthest).await?;
-                let removed = sqlx::query!(
+                forget_keys(tx, &keys_since, &keys_farthest).await?;
+                let removed = sql!(
+                    tx,
+                    all(RemovedJob),
                     "DELETE FROM jobs WHERE seq IN (
-                         SELECT seq FROM jobs j WHERE finished_at < ?
+                         SELECT seq FROM jobs j WHERE finished_at < $1
                              AND NOT EXISTS (SELECT 1 FROM idempotency_keys k WHERE k.job_id = j.id)
-                             AND NOT EXISTS (SELECT 1 FROM deliveries d WHERE d.job_id = j.id AND d.state = 'waiting')
-                         ORDER BY finished_at LIMIT ?)
+                             AND NOT EXISTS
+                                 (SELECT 1 FROM deliveries d WHERE d.job_id = j.id AND d.state = 'waiting')
+                         ORDER BY finished_at LIMIT $2)
                      RETURNING id, machine_id, input_sha256, surface_sha256, output_sha256, changes_sha256",
                     ended_before,
                     REMOVED_AT_ONCE
-                )
-                .fetch_all(&mut *connection)
-                .await?;
+                )?;
                 let service = Actor::without_request(AuditOrigin::Service);
                 for job in &removed {
                     let change = Change {
@@ -48,7 +59,7 @@ impl Store {
                         resource: format!("/v1/jobs/{}", job.id),
                         revisions: (None, None),
                     };
-                    audit(connection, &service, change).await?;
+                    audit(tx, &service, change).await?;
                 }
                 let named = removed.into_iter().flat_map(|row| {
                     [Some(row.input_sha256), row.surface_sha256, row.output_sha256, row.changes_sha256]

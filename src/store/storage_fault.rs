@@ -21,6 +21,12 @@ pub enum StorageFault {
     /// The process or the system has reached its limit of open files.
     #[error("too many files are open")]
     TooManyFiles,
+    /// The server of the database does not answer.
+    #[error(
+        "the database server does not answer. Start it, or check the network and its address; the service goes on by \
+         itself when it answers"
+    )]
+    Away,
 }
 
 impl StorageFault {

@@ -1,8 +1,7 @@
 //! Changes of a machine's tool table: a tool is stored, replaced or deleted.
 
-use sqlx::sqlite::SqliteConnection;
-
 use super::audit::{Actor, Change, audit};
+use super::sql::Tx;
 use super::{Expected, RevisionHead, Stale, Store, StoreError, ToolRevision, sha256_hex};
 use crate::wire::{AuditAction, TableTool, ToolDocument, path_segment, tool_name_key};
 
@@ -67,9 +66,9 @@ impl Store {
             StoreError::Unreadable { what: "tool", key, source }
         })?;
         let (sha256, actor) = (sha256_hex(text.as_bytes()), actor.clone());
-        self.write("storing a tool", |connection| {
+        self.write("storing a tool", |tx| {
             Box::pin(async move {
-                let found = head_of(connection, &new.machine_id, &new.tool_id).await?;
+                let found = head_of(tx, &new.machine_id, &new.tool_id).await?;
                 let Some(found) = found else { return Ok(Err(ToolRefusal::NoMachine)) };
                 if let Some((current, created_at)) = &found.current {
                     if let Err(stale) = current.admits(expected.as_ref()) {
@@ -83,22 +82,22 @@ impl Store {
                 } else if expected.is_some_and(|expected| expected != Expected::Nothing) {
                     return Ok(Err(ToolRefusal::Stale(Stale::Missing)));
                 }
-                if let Some(refusal) = against_the_others(connection, &new).await? {
+                if let Some(refusal) = against_the_others(tx, &new).await? {
                     return Ok(Err(refusal));
                 }
                 let before = found.current.map(|(current, _)| current.revision);
                 if before.is_none()
-                    && let Some(tools) = as_many_as(connection, &new.machine_id, most).await?
+                    && let Some(tools) = as_many_as(tx, &new.machine_id, most).await?
                 {
                     return Ok(Err(ToolRefusal::Full { tools }));
                 }
                 let revision = found.last_revision.unwrap_or(0) + 1;
-                insert(connection, &new, revision, &text, &sha256).await?;
+                insert(tx, &new, revision, &text, &sha256).await?;
                 let action =
                     if before.is_none() { AuditAction::ToolCreated } else { AuditAction::ToolReplaced };
                 let revisions = (before, Some(revision));
                 let change = change(&new.created_at, action, &new.machine_id, &new.tool_id, revisions);
-                audit(connection, &actor, change).await?;
+                audit(tx, &actor, change).await?;
                 let created_at = new.created_at.clone();
                 let stored = stored(new, revision, created_at, sha256);
                 Ok(Ok(if before.is_none() { PutTool::Created(stored) } else { PutTool::Replaced(stored) }))
@@ -122,25 +121,25 @@ impl Store {
     ) -> Result<Result<(), Stale>, StoreError> {
         let (machine_id, tool_id) = (machine_id.to_owned(), tool_id.to_owned());
         let (at, actor) = (now.to_owned(), actor.clone());
-        self.write("deleting a tool", |connection| {
+        self.write("deleting a tool", |tx| {
             Box::pin(async move {
-                let found = head_of(connection, &machine_id, &tool_id).await?;
+                let found = head_of(tx, &machine_id, &tool_id).await?;
                 let Some((current, _)) = found.and_then(|found| found.current) else {
                     return Ok(Err(Stale::Missing));
                 };
                 if let Err(stale) = current.admits(expected.as_ref()) {
                     return Ok(Err(stale));
                 }
-                sqlx::query!(
-                    "UPDATE tools SET deleted = 1 WHERE machine_id = ? AND tool_id = ?",
+                sql!(
+                    tx,
+                    execute,
+                    "UPDATE tools SET deleted = 1 WHERE machine_id = $1 AND tool_id = $2",
                     machine_id,
                     tool_id
-                )
-                .execute(&mut *connection)
-                .await?;
+                )?;
                 let revisions = (Some(current.revision), None);
                 let change = change(&at, AuditAction::ToolDeleted, &machine_id, &tool_id, revisions);
-                audit(connection, &actor, change).await?;
+                audit(tx, &actor, change).await?;
                 Ok(Ok(()))
             })
         })
@@ -150,26 +149,39 @@ impl Store {
 
 /// Deletes every tool of a machine, inside the transaction that deletes the machine.
 pub(super) async fn delete_tools_of(
-    connection: &mut SqliteConnection,
+    tx: &mut Tx<'_>,
     machine_id: &str,
     at: &str,
     actor: &Actor,
 ) -> Result<(), sqlx::Error> {
-    let tools = sqlx::query!(
-        "SELECT tool_id, last_revision FROM tools WHERE machine_id = ? AND deleted = 0 ORDER BY tool_id",
+    let tools = sql!(
+        tx,
+        all(LiveTool),
+        "SELECT tool_id, last_revision FROM tools WHERE machine_id = $1 AND deleted = 0 ORDER BY tool_id",
         machine_id
-    )
-    .fetch_all(&mut *connection)
-    .await?;
+    )?;
     for tool in tools {
         let revisions = (Some(tool.last_revision), None);
         let change = change(at, AuditAction::ToolDeleted, machine_id, &tool.tool_id, revisions);
-        audit(connection, actor, change).await?;
+        audit(tx, actor, change).await?;
     }
-    sqlx::query!("UPDATE tools SET deleted = 1 WHERE machine_id = ? AND deleted = 0", machine_id)
-        .execute(&mut *connection)
-        .await?;
+    sql!(tx, execute, "UPDATE tools SET deleted = 1 WHERE machine_id = $1 AND deleted = 0", machine_id)?;
     Ok(())
+}
+
+/// A tool that is deleted with its machine.
+struct LiveTool {
+    tool_id: String,
+    last_revision: i64,
+}
+
+/// The last revision of a tool, which may be deleted.
+struct ToolHead {
+    deleted: i64,
+    last_revision: i64,
+    document: String,
+    sha256: String,
+    created_at: String,
 }
 
 /// The stored state of a machine's `tool_id`.
@@ -183,28 +195,22 @@ struct Found {
 }
 
 /// The stored state of this `tool_id`; `None` if there is no such machine.
-async fn head_of(
-    connection: &mut SqliteConnection,
-    machine_id: &str,
-    tool_id: &str,
-) -> Result<Option<Found>, sqlx::Error> {
+async fn head_of(tx: &mut Tx<'_>, machine_id: &str, tool_id: &str) -> Result<Option<Found>, sqlx::Error> {
     let machine =
-        sqlx::query_scalar!("SELECT seq FROM machines WHERE machine_id = ? AND deleted = 0", machine_id)
-            .fetch_optional(&mut *connection)
-            .await?;
+        sql!(tx, optional(_), "SELECT seq FROM machines WHERE machine_id = $1 AND deleted = 0", machine_id)?;
     if machine.is_none() {
         return Ok(None);
     }
-    let row = sqlx::query!(
+    let row = sql!(
+        tx,
+        optional(ToolHead),
         "SELECT t.deleted, t.last_revision, r.document, r.sha256, r.created_at FROM tools t
          JOIN tool_revisions r ON r.machine_id = t.machine_id AND r.tool_id = t.tool_id
            AND r.revision = t.last_revision
-         WHERE t.machine_id = ? AND t.tool_id = ?",
+         WHERE t.machine_id = $1 AND t.tool_id = $2",
         machine_id,
         tool_id
-    )
-    .fetch_optional(&mut *connection)
-    .await?;
+    )?;
     let Some(row) = row else {
         return Ok(Some(Found { last_revision: None, current: None, is_sound: true }));
     };
@@ -215,49 +221,44 @@ async fn head_of(
 }
 
 /// The other tools of the machine with the same number or name.
-async fn against_the_others(
-    connection: &mut SqliteConnection,
-    new: &NewTool,
-) -> Result<Option<ToolRefusal>, sqlx::Error> {
+async fn against_the_others(tx: &mut Tx<'_>, new: &NewTool) -> Result<Option<ToolRefusal>, sqlx::Error> {
     let NewTool { machine_id, tool_id, tool, .. } = new;
     let name_key = tool.name.as_deref().map(tool_name_key);
-    let number = sqlx::query_scalar!(
-        "SELECT tool_id FROM tools WHERE machine_id = ? AND number = ? AND deleted = 0 AND tool_id <> ?",
+    let number = sql!(
+        tx,
+        optional(_),
+        "SELECT tool_id FROM tools WHERE machine_id = $1 AND number = $2 AND deleted = 0 AND tool_id <> $3",
         machine_id,
-        tool.number,
+        tool.number.map(i64::from),
         tool_id
-    )
-    .fetch_optional(&mut *connection)
-    .await?;
-    let name = sqlx::query_scalar!(
-        "SELECT tool_id FROM tools WHERE machine_id = ? AND name_key = ? AND deleted = 0 AND tool_id <> ?",
+    )?;
+    let name = sql!(
+        tx,
+        optional(_),
+        "SELECT tool_id FROM tools WHERE machine_id = $1 AND name_key = $2 AND deleted = 0 AND tool_id <> $3",
         machine_id,
         name_key,
         tool_id
-    )
-    .fetch_optional(&mut *connection)
-    .await?;
+    )?;
     let is_taken = number.is_some() || name.is_some();
     Ok(is_taken.then_some(ToolRefusal::Taken { number, name }))
 }
 
 /// The number of a machine's tools, if it is `most` or more.
-async fn as_many_as(
-    connection: &mut SqliteConnection,
-    machine_id: &str,
-    most: u32,
-) -> Result<Option<u32>, sqlx::Error> {
-    let tools =
-        sqlx::query_scalar!("SELECT COUNT(*) FROM tools WHERE machine_id = ? AND deleted = 0", machine_id)
-            .fetch_one(&mut *connection)
-            .await?;
+async fn as_many_as(tx: &mut Tx<'_>, machine_id: &str, most: u32) -> Result<Option<u32>, sqlx::Error> {
+    let tools = sql!(
+        tx,
+        one(_),
+        "SELECT COUNT(*) AS \"count!\" FROM tools WHERE machine_id = $1 AND deleted = 0",
+        machine_id
+    )?;
     let tools = u32::try_from(tools).unwrap_or(u32::MAX);
     Ok((tools >= most).then_some(tools))
 }
 
 /// Writes a revision and makes it the current one.
 async fn insert(
-    connection: &mut SqliteConnection,
+    tx: &mut Tx<'_>,
     new: &NewTool,
     revision: i64,
     text: &str,
@@ -265,30 +266,30 @@ async fn insert(
 ) -> Result<(), sqlx::Error> {
     let NewTool { machine_id, tool_id, tool, created_at } = new;
     let name_key = tool.name.as_deref().map(tool_name_key);
-    sqlx::query!(
-        "INSERT INTO tools (machine_id, tool_id, last_revision, number, name_key) VALUES (?, ?, ?, ?, ?)
+    sql!(
+        tx,
+        execute,
+        "INSERT INTO tools (machine_id, tool_id, last_revision, number, name_key) VALUES ($1, $2, $3, $4, $5)
          ON CONFLICT (machine_id, tool_id) DO UPDATE SET last_revision = excluded.last_revision,
              number = excluded.number, name_key = excluded.name_key, deleted = 0",
         machine_id,
         tool_id,
         revision,
-        tool.number,
+        tool.number.map(i64::from),
         name_key
-    )
-    .execute(&mut *connection)
-    .await?;
-    sqlx::query!(
+    )?;
+    sql!(
+        tx,
+        execute,
         "INSERT INTO tool_revisions (machine_id, tool_id, revision, document, sha256, created_at)
-         VALUES (?, ?, ?, ?, ?, ?)",
+         VALUES ($1, $2, $3, $4, $5, $6)",
         machine_id,
         tool_id,
         revision,
         text,
         sha256,
         created_at
-    )
-    .execute(&mut *connection)
-    .await?;
+    )?;
     Ok(())
 }
 

@@ -33,6 +33,24 @@ struct ToolRow {
     created_at: String,
 }
 
+/// A tool of a machine's table, at one revision.
+struct TableRow {
+    tool_id: String,
+    revision: i64,
+    document: String,
+    sha256: String,
+}
+
+/// A tool in a list.
+struct ListedTool {
+    seq: i64,
+    tool_id: String,
+    revision: i64,
+    document: String,
+    sha256: String,
+    created_at: String,
+}
+
 impl ToolRow {
     fn read(self, store: &Store) -> Result<ToolRevision, StoreError> {
         let Self { machine_id, tool_id, revision, document, sha256, created_at } = self;
@@ -62,15 +80,15 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn tools(&self, machine_id: &str) -> Result<Vec<StoredTool>, StoreError> {
-        let rows = sqlx::query!(
+        let rows = sql!(
+            self.db,
+            all(TableRow),
             "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tools t
              JOIN tool_revisions r ON r.machine_id = t.machine_id AND r.tool_id = t.tool_id
                AND r.revision = t.last_revision
-             WHERE t.machine_id = ? AND t.deleted = 0 ORDER BY t.tool_id",
+             WHERE t.machine_id = $1 AND t.deleted = 0 ORDER BY t.tool_id",
             machine_id
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the tools of a machine")?;
         let read = rows.into_iter().map(|row| {
             let document =
@@ -91,16 +109,20 @@ impl Store {
     ) -> Result<Vec<StoredTool>, StoreError> {
         // Strings and whole numbers can always be printed.
         let wanted = serde_json::to_string(revisions).unwrap_or_default();
-        let rows = sqlx::query!(
-            "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tool_revisions r
-             JOIN json_each(?2) w ON r.tool_id = json_extract(w.value, '$[0]')
+        let rows = sql!(
+            self.db,
+            all(TableRow),
+            sqlite "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tool_revisions r
+             JOIN json_each($2) w ON r.tool_id = json_extract(w.value, '$[0]')
                AND r.revision = json_extract(w.value, '$[1]')
-             WHERE r.machine_id = ?1 ORDER BY r.tool_id",
+             WHERE r.machine_id = $1 ORDER BY r.tool_id",
+            postgres "SELECT r.tool_id, r.revision, r.document, r.sha256 FROM tool_revisions r
+             JOIN json_each($2) w ON r.tool_id = CAST(w.value AS json) ->> 0
+               AND r.revision = CAST(CAST(w.value AS json) ->> 1 AS BIGINT)
+             WHERE r.machine_id = $1 ORDER BY r.tool_id",
             machine_id,
             wanted
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the tools of a job")?;
         let read = rows.into_iter().map(|row| {
             let document =
@@ -115,17 +137,16 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn tool(&self, machine_id: &str, tool_id: &str) -> Result<Option<ToolRevision>, StoreError> {
-        let row = sqlx::query_as!(
-            ToolRow,
+        let row = sql!(
+            self.db,
+            optional(ToolRow),
             "SELECT r.machine_id, r.tool_id, r.revision, r.document, r.sha256, r.created_at FROM tools t
              JOIN tool_revisions r ON r.machine_id = t.machine_id AND r.tool_id = t.tool_id
                AND r.revision = t.last_revision
-             WHERE t.machine_id = ? AND t.tool_id = ? AND t.deleted = 0",
+             WHERE t.machine_id = $1 AND t.tool_id = $2 AND t.deleted = 0",
             machine_id,
             tool_id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a tool")?;
         row.map(|row| row.read(self)).transpose()
     }
@@ -140,16 +161,15 @@ impl Store {
         tool_id: &str,
         revision: i64,
     ) -> Result<Option<ToolRevision>, StoreError> {
-        let row = sqlx::query_as!(
-            ToolRow,
+        let row = sql!(
+            self.db,
+            optional(ToolRow),
             "SELECT machine_id, tool_id, revision, document, sha256, created_at FROM tool_revisions
-             WHERE machine_id = ? AND tool_id = ? AND revision = ?",
+             WHERE machine_id = $1 AND tool_id = $2 AND revision = $3",
             machine_id,
             tool_id,
             revision
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a tool revision")?;
         row.map(|row| row.read(self)).transpose()
     }
@@ -165,17 +185,17 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<ToolRevision>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query!(
+        let rows = sql!(
+            self.db,
+            all(ListedTool),
             "SELECT t.seq, r.tool_id, r.revision, r.document, r.sha256, r.created_at FROM tools t
              JOIN tool_revisions r ON r.machine_id = t.machine_id AND r.tool_id = t.tool_id
                AND r.revision = t.last_revision
-             WHERE t.machine_id = ? AND t.deleted = 0 AND t.seq < ? ORDER BY t.seq DESC LIMIT ?",
+             WHERE t.machine_id = $1 AND t.deleted = 0 AND t.seq < $2 ORDER BY t.seq DESC LIMIT $3",
             machine_id,
             before,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing tools")?;
         let read = rows.into_iter().map(|row| {
             let revision = ToolRow {
@@ -203,17 +223,16 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Option<Page<ToolRevision>>, StoreError> {
         let (below, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query_as!(
-            ToolRow,
+        let rows = sql!(
+            self.db,
+            all(ToolRow),
             "SELECT machine_id, tool_id, revision, document, sha256, created_at FROM tool_revisions
-             WHERE machine_id = ? AND tool_id = ? AND revision < ? ORDER BY revision DESC LIMIT ?",
+             WHERE machine_id = $1 AND tool_id = $2 AND revision < $3 ORDER BY revision DESC LIMIT $4",
             machine_id,
             tool_id,
             below,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing the revisions of a tool")?;
         if rows.is_empty() && before.is_none() {
             return Ok(None);

@@ -2,11 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use sqlx::sqlite::SqliteConnection;
-
 use super::audit::{Actor, Change, audit};
 use super::error::Doing;
 use super::keys::{Answer, keep_key, unless_key_taken};
+use super::sql::Tx;
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{
     AuditAction, MAX_WEAR_EDGES, MAX_WEAR_ENTRIES, WearEntry, WearQuantity, Withdrawal, path_segment,
@@ -52,6 +51,12 @@ pub enum AddedWear {
 
 /// Largest number of conflicts that are reported.
 const MOST_CONFLICTS: usize = 100;
+
+/// The entries of one edge.
+struct EdgeCount {
+    edge: String,
+    count: i64,
+}
 
 struct StoredEntry {
     seq: i64,
@@ -105,19 +110,18 @@ impl Store {
         tool_id: &str,
         id: &str,
     ) -> Result<Option<WearEntry>, StoreError> {
-        let row = sqlx::query_as!(
-            StoredEntry,
+        let row = sql!(
+            self.db,
+            optional(StoredEntry),
             r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
                    standard_uncertainty_um, measured_at, created_at, note, withdrawn_at AS "withdrawn_at?",
                    reason AS "reason?"
                FROM wear_entries LEFT JOIN wear_withdrawals ON entry_seq = seq
-               WHERE id = ? AND machine_id = ? AND tool_id = ?"#,
+               WHERE id = $1 AND machine_id = $2 AND tool_id = $3"#,
             id,
             machine_id,
             tool_id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading a wear entry")?;
         Ok(row.map(StoredEntry::read))
     }
@@ -136,22 +140,21 @@ impl Store {
         before: Option<Cursor>,
     ) -> Result<Page<WearEntry>, StoreError> {
         let (before, count) = (before.map_or(i64::MAX, |cursor| cursor.0), i64::from(limit) + 1);
-        let rows = sqlx::query_as!(
-            StoredEntry,
+        let rows = sql!(
+            self.db,
+            all(StoredEntry),
             r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
                    standard_uncertainty_um, measured_at, created_at, note, withdrawn_at AS "withdrawn_at?",
                    reason AS "reason?"
                FROM wear_entries LEFT JOIN wear_withdrawals ON entry_seq = seq
-               WHERE machine_id = ?1 AND tool_id = ?2 AND seq < ?3 AND (?4 IS NULL OR cutter_id = ?4)
-               ORDER BY seq DESC LIMIT ?5"#,
+               WHERE machine_id = $1 AND tool_id = $2 AND seq < $3 AND (CAST($4 AS TEXT) IS NULL OR cutter_id = $4)
+               ORDER BY seq DESC LIMIT $5"#,
             machine_id,
             tool_id,
             before,
             cutter_id,
             count
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("listing wear entries")?;
         Ok(Page::cut(rows.into_iter().map(|row| (row.seq, row.read())).collect(), limit))
     }
@@ -161,15 +164,15 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn newest_cutter(&self, machine_id: &str, tool_id: &str) -> Result<Option<String>, StoreError> {
-        sqlx::query_scalar!(
-            "SELECT cutter_id FROM wear_entries WHERE machine_id = ? AND tool_id = ?
+        sql!(
+            self.db,
+            optional(_),
+            "SELECT cutter_id FROM wear_entries WHERE machine_id = $1 AND tool_id = $2
                AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
              ORDER BY seq DESC LIMIT 1",
             machine_id,
             tool_id
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading the newest cutter")
     }
 
@@ -183,21 +186,20 @@ impl Store {
         tool_id: &str,
         cutter_id: &str,
     ) -> Result<Vec<WearEntry>, StoreError> {
-        let rows = sqlx::query_as!(
-            StoredEntry,
+        let rows = sql!(
+            self.db,
+            all(StoredEntry),
             r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
-                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
-                   NULL AS "reason?: String"
+                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: _",
+                   NULL AS "reason?: _"
                FROM wear_entries
-               WHERE machine_id = ? AND tool_id = ? AND cutter_id = ?
+               WHERE machine_id = $1 AND tool_id = $2 AND cutter_id = $3
                  AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
                ORDER BY edge, parts_cut, measured_at, seq"#,
             machine_id,
             tool_id,
             cutter_id
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the wear of a cutter")?;
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
@@ -213,26 +215,26 @@ impl Store {
         machine_id: &str,
         cutter_id: &str,
     ) -> Result<Vec<WearEntry>, StoreError> {
-        let rows = sqlx::query_as!(
-            StoredEntry,
+        let rows = sql!(
+            self.db,
+            all(StoredEntry),
             r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
-                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
-                   NULL AS "reason?: String"
+                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: _",
+                   NULL AS "reason?: _"
                FROM wear_entries
                WHERE seq IN (SELECT known FROM (
                    SELECT seq AS known,
                        ROW_NUMBER() OVER (PARTITION BY tool_id, edge ORDER BY measured_at DESC, seq DESC) AS age,
-                       ROW_NUMBER() OVER (PARTITION BY tool_id, edge ORDER BY wear_um DESC, measured_at DESC, seq DESC) AS place
+                       ROW_NUMBER() OVER (
+                           PARTITION BY tool_id, edge ORDER BY wear_um DESC, measured_at DESC, seq DESC) AS place
                    FROM wear_entries
-                   WHERE machine_id = ? AND cutter_id = ?
+                   WHERE machine_id = $1 AND cutter_id = $2
                      AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)
-               ) WHERE age = 1 OR place = 1)
+               ) AS places WHERE age = 1 OR place = 1)
                ORDER BY tool_id, edge, measured_at DESC, seq DESC"#,
             machine_id,
             cutter_id
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading the newest wear of a cutter's edges")?;
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
@@ -242,16 +244,15 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub(super) async fn wear_posted_with(&self, first: &str) -> Result<Vec<WearEntry>, StoreError> {
-        let rows = sqlx::query_as!(
-            StoredEntry,
+        let rows = sql!(
+            self.db,
+            all(StoredEntry),
             r#"SELECT seq, id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
-                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: String",
-                   NULL AS "reason?: String"
-               FROM wear_entries WHERE posted_with = ? ORDER BY seq"#,
+                   standard_uncertainty_um, measured_at, created_at, note, NULL AS "withdrawn_at?: _",
+                   NULL AS "reason?: _"
+               FROM wear_entries WHERE posted_with = $1 ORDER BY seq"#,
             first
         )
-        .fetch_all(&self.readers)
-        .await
         .doing("reading posted wear entries")?;
         Ok(rows.into_iter().map(StoredEntry::read).collect())
     }
@@ -268,28 +269,28 @@ impl Store {
     ) -> Result<AddedWear, StoreError> {
         let (entries, used, actor) = (entries.to_vec(), used.cloned(), actor.clone());
         let added = self
-            .write("storing wear entries", |connection| {
+            .write("storing wear entries", |tx| {
                 Box::pin(async move {
-                    let mut refused = against_cutters(connection, &entries).await?;
+                    let mut refused = against_cutters(tx, &entries).await?;
                     for (index, entry) in entries.iter().enumerate() {
                         if refused.len() >= MOST_CONFLICTS {
                             break;
                         }
-                        let there = twin(connection, entry).await?;
+                        let there = twin(tx, entry).await?;
                         refused.extend(there.map(|id| WearConflict::AlreadyThere { index, id }));
                     }
                     let Some(first) = entries.first().filter(|_| refused.is_empty()) else {
                         return Ok(refused);
                     };
                     for entry in &entries {
-                        insert(connection, entry, &first.id).await?;
+                        insert(tx, entry, &first.id).await?;
                     }
                     let WearEntry { id, machine_id, tool_id, created_at, .. } = first;
                     let action = AuditAction::WearEntriesCreated;
                     let change = about(action, created_at, (machine_id, tool_id, id));
-                    audit(connection, &actor, change).await?;
+                    audit(tx, &actor, change).await?;
                     let answer = Answer::Wear(&first.id);
-                    keep_key(connection, used.as_ref(), answer, &first.created_at).await?;
+                    keep_key(tx, used.as_ref(), answer, &first.created_at).await?;
                     Ok(refused)
                 })
             })
@@ -316,26 +317,26 @@ impl Store {
         let (machine, tool, entry) = (machine_id.to_owned(), tool_id.to_owned(), id.to_owned());
         let Withdrawal { withdrawn_at, reason } = withdrawal.clone();
         let actor = actor.clone();
-        self.write("withdrawing a wear entry", |connection| {
+        self.write("withdrawing a wear entry", |tx| {
             Box::pin(async move {
-                let withdrawn = sqlx::query!(
+                let withdrawn = sql!(
+                    tx,
+                    execute,
                     "INSERT INTO wear_withdrawals (entry_seq, withdrawn_at, reason)
-                     SELECT seq, ?, ? FROM wear_entries WHERE id = ? AND machine_id = ? AND tool_id = ?
+                     SELECT seq, $1, $2 FROM wear_entries WHERE id = $3 AND machine_id = $4 AND tool_id = $5
                        AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq)",
                     withdrawn_at,
                     reason,
                     entry,
                     machine,
                     tool
-                )
-                .execute(&mut *connection)
-                .await?;
-                if withdrawn.rows_affected() == 0 {
+                )?;
+                if withdrawn == 0 {
                     return Ok(());
                 }
                 let action = AuditAction::WearEntryWithdrawn;
                 let change = about(action, &withdrawn_at, (&machine, &tool, &entry));
-                audit(connection, &actor, change).await
+                audit(tx, &actor, change).await
             })
         })
         .await?;
@@ -350,30 +351,27 @@ fn about<'a>(action: AuditAction, at: &'a str, entry: (&'a str, &str, &str)) -> 
 }
 
 /// The entry that is not withdrawn and has the same cutter, edge, parts and time as this one.
-async fn twin(connection: &mut SqliteConnection, entry: &WearEntry) -> Result<Option<String>, sqlx::Error> {
+async fn twin(tx: &mut Tx<'_>, entry: &WearEntry) -> Result<Option<String>, sqlx::Error> {
     let WearEntry { machine_id, tool_id, cutter_id, measured_at, parts_cut, .. } = entry;
     let edge = entry.edge.as_deref().unwrap_or_default();
-    sqlx::query_scalar!(
-        "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND edge = ?
-           AND parts_cut = ? AND measured_at = ?
+    sql!(
+        tx,
+        optional(_),
+        "SELECT id FROM wear_entries WHERE machine_id = $1 AND tool_id = $2 AND cutter_id = $3 AND edge = $4
+           AND parts_cut = $5 AND measured_at = $6
            AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
         machine_id,
         tool_id,
         cutter_id,
         edge,
-        parts_cut,
+        i64::from(*parts_cut),
         measured_at
     )
-    .fetch_optional(&mut *connection)
-    .await
 }
 
 /// Conflicts with the stored entries of a cutter: the other quantity, and the first entry and the first edge over the
 /// limit.
-async fn against_cutters(
-    connection: &mut SqliteConnection,
-    entries: &[WearEntry],
-) -> Result<Vec<WearConflict>, sqlx::Error> {
+async fn against_cutters(tx: &mut Tx<'_>, entries: &[WearEntry]) -> Result<Vec<WearConflict>, sqlx::Error> {
     let mut cutters: BTreeMap<&str, Vec<(usize, &WearEntry)>> = BTreeMap::new();
     for (index, entry) in entries.iter().enumerate() {
         cutters.entry(&entry.cutter_id).or_default().push((index, entry));
@@ -382,27 +380,27 @@ async fn against_cutters(
     for (cutter_id, posted) in cutters {
         let Some((_, WearEntry { machine_id, tool_id, .. })) = posted.first() else { continue };
         let quantity = posted.first().map_or("", |(_, entry)| entry.wear().0.as_str());
-        let other = sqlx::query_scalar!(
-            "SELECT id FROM wear_entries WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? AND quantity <> ?
+        let other = sql!(
+            tx,
+            optional(_),
+            "SELECT id FROM wear_entries WHERE machine_id = $1 AND tool_id = $2 AND cutter_id = $3 AND quantity <> $4
                AND NOT EXISTS (SELECT 1 FROM wear_withdrawals WHERE entry_seq = seq) LIMIT 1",
             machine_id,
             tool_id,
             cutter_id,
             quantity
-        )
-        .fetch_optional(&mut *connection)
-        .await?;
+        )?;
         let first = posted.first().filter(|_| other.is_some());
         conflicts.extend(first.map(|(index, _)| WearConflict::OtherQuantity { index: *index }));
-        let there = sqlx::query!(
-            "SELECT edge, COUNT(*) AS count FROM wear_entries
-             WHERE machine_id = ? AND tool_id = ? AND cutter_id = ? GROUP BY edge",
+        let there = sql!(
+            tx,
+            all(EdgeCount),
+            "SELECT edge, COUNT(*) AS \"count!\" FROM wear_entries
+             WHERE machine_id = $1 AND tool_id = $2 AND cutter_id = $3 GROUP BY edge",
             machine_id,
             tool_id,
             cutter_id
-        )
-        .fetch_all(&mut *connection)
-        .await?;
+        )?;
         let mut edges: BTreeSet<String> = there.iter().map(|row| row.edge.clone()).collect();
         let kept: i64 = there.iter().map(|row| row.count).sum();
         let room = MAX_WEAR_ENTRIES.saturating_sub(usize::try_from(kept).unwrap_or(usize::MAX));
@@ -416,32 +414,28 @@ async fn against_cutters(
     Ok(conflicts)
 }
 
-async fn insert(
-    connection: &mut SqliteConnection,
-    entry: &WearEntry,
-    posted_with: &str,
-) -> Result<(), sqlx::Error> {
+async fn insert(tx: &mut Tx<'_>, entry: &WearEntry, posted_with: &str) -> Result<(), sqlx::Error> {
     let (quantity, wear_um) = entry.wear();
     let (edge, quantity) = (entry.edge.as_deref().unwrap_or_default(), quantity.as_str());
-    sqlx::query!(
+    sql!(
+        tx,
+        execute,
         "INSERT INTO wear_entries (id, machine_id, tool_id, cutter_id, edge, quantity, parts_cut, wear_um,
              standard_uncertainty_um, measured_at, created_at, note, posted_with)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
         entry.id,
         entry.machine_id,
         entry.tool_id,
         entry.cutter_id,
         edge,
         quantity,
-        entry.parts_cut,
+        i64::from(entry.parts_cut),
         wear_um,
         entry.standard_uncertainty_um,
         entry.measured_at,
         entry.created_at,
         entry.note,
         posted_with
-    )
-    .execute(&mut *connection)
-    .await?;
+    )?;
     Ok(())
 }

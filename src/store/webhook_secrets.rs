@@ -17,17 +17,24 @@ pub struct WebhookSecretRow {
     pub signs_until: Option<String>,
 }
 
+struct StoredSecret {
+    secret: String,
+    created_at: String,
+    signs_until: Option<String>,
+}
+
 impl Store {
     /// Every stored secret, newest first.
     ///
     /// # Errors
     /// The database failed.
     pub async fn webhook_secrets(&self) -> Result<Vec<WebhookSecretRow>, StoreError> {
-        let rows =
-            sqlx::query!("SELECT secret, created_at, signs_until FROM webhook_secrets ORDER BY seq DESC")
-                .fetch_all(&self.readers)
-                .await
-                .doing("reading the secrets of webhooks")?;
+        let rows = sql!(
+            self.db,
+            all(StoredSecret),
+            "SELECT secret, created_at, signs_until FROM webhook_secrets ORDER BY seq DESC"
+        )
+        .doing("reading the secrets of webhooks")?;
         Ok(rows
             .into_iter()
             .map(|row| WebhookSecretRow {
@@ -49,20 +56,20 @@ impl Store {
         by: &Actor,
     ) -> Result<(), StoreError> {
         let (secret, now, by) = (secret.0.clone(), now.to_owned(), by.clone());
-        self.write("storing the first secret of webhooks", |connection| {
+        self.write("storing the first secret of webhooks", |tx| {
             Box::pin(async move {
-                let added = sqlx::query!(
+                let added = sql!(
+                    tx,
+                    execute,
                     "INSERT INTO webhook_secrets (secret, created_at)
-                     SELECT ?, ? WHERE NOT EXISTS (SELECT 1 FROM webhook_secrets)",
+                     SELECT $1, $2 WHERE NOT EXISTS (SELECT 1 FROM webhook_secrets)",
                     secret,
                     now
-                )
-                .execute(&mut *connection)
-                .await?;
-                if added.rows_affected() == 0 {
+                )?;
+                if added == 0 {
                     return Ok(());
                 }
-                audit(connection, &by, about(&now, AuditAction::WebhookSecretCreated)).await
+                audit(tx, &by, about(&now, AuditAction::WebhookSecretCreated)).await
             })
         })
         .await
@@ -86,40 +93,40 @@ impl Store {
         let made_at = used.map_or(now.as_str(), |used| now.as_str().max(&used.not_before)).to_owned();
         let (used, by) = (used.cloned(), by.clone());
         let rotated = self
-            .write("storing a new secret of webhooks", |connection| {
+            .write("storing a new secret of webhooks", |tx| {
                 Box::pin(async move {
                     if let Some(KeyUse { since, .. }) = &used {
-                        sqlx::query!(
-                            "UPDATE webhook_secrets SET idempotency_key = NULL WHERE created_at < ?",
+                        sql!(
+                            tx,
+                            execute,
+                            "UPDATE webhook_secrets SET idempotency_key = NULL WHERE created_at < $1",
                             since
-                        )
-                        .execute(&mut *connection)
-                        .await?;
+                        )?;
                     }
-                    sqlx::query!(
-                        "DELETE FROM webhook_secrets WHERE signs_until <= ? AND idempotency_key IS NULL",
+                    sql!(
+                        tx,
+                        execute,
+                        "DELETE FROM webhook_secrets WHERE signs_until <= $1 AND idempotency_key IS NULL",
                         now
-                    )
-                    .execute(&mut *connection)
-                    .await?;
-                    sqlx::query!(
-                        "UPDATE webhook_secrets SET signs_until = ? WHERE signs_until IS NULL",
+                    )?;
+                    sql!(
+                        tx,
+                        execute,
+                        "UPDATE webhook_secrets SET signs_until = $1 WHERE signs_until IS NULL",
                         signs_until
-                    )
-                    .execute(&mut *connection)
-                    .await?;
+                    )?;
                     let (key, fingerprint) = used.map(|used| (used.key, used.fingerprint)).unzip();
-                    sqlx::query!(
+                    sql!(
+                        tx,
+                        execute,
                         "INSERT INTO webhook_secrets (secret, created_at, idempotency_key, fingerprint)
-                         VALUES (?, ?, ?, ?)",
+                         VALUES ($1, $2, $3, $4)",
                         secret,
                         made_at,
                         key,
                         fingerprint
-                    )
-                    .execute(&mut *connection)
-                    .await?;
-                    audit(connection, &by, about(&now, AuditAction::WebhookSecretRotated)).await
+                    )?;
+                    audit(tx, &by, about(&now, AuditAction::WebhookSecretRotated)).await
                 })
             })
             .await;
@@ -131,13 +138,13 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn webhook_secret_made_by(&self, used: &KeyUse) -> Result<Option<bool>, StoreError> {
-        let row = sqlx::query_scalar!(
-            "SELECT fingerprint FROM webhook_secrets WHERE idempotency_key = ? AND created_at >= ?",
+        let row = sql!(
+            self.db,
+            optional(_),
+            "SELECT fingerprint FROM webhook_secrets WHERE idempotency_key = $1 AND created_at >= $2",
             used.key,
             used.since
         )
-        .fetch_optional(&self.readers)
-        .await
         .doing("reading an idempotency key")?;
         Ok(row.map(|fingerprint| fingerprint.as_ref() == Some(&used.fingerprint)))
     }

@@ -12,6 +12,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 use tempfile::TempDir;
 use trunnion::jobs::CutterContactCompensator;
 
+use crate::database::address_of;
 use crate::process::unset;
 use crate::support::{App, ac_table, spawn_in, spawn_real};
 
@@ -26,7 +27,12 @@ fn command(arguments: &[&str]) -> Command {
 }
 
 pub(crate) fn trunnion(data: &Path, arguments: &[&str]) -> Output {
-    command(arguments).env("TRUNNION_DATA_DIR", data).output().unwrap()
+    let mut command = command(arguments);
+    // The command uses the database that a service of this test has.
+    command
+        .env("TRUNNION_DATA_DIR", data)
+        .envs(address_of(data).map(|address| ("TRUNNION_DATABASE", address)));
+    command.output().unwrap()
 }
 
 pub(crate) fn said(output: &Output) -> String {

@@ -119,6 +119,7 @@ async fn a_second_service_does_not_get_the_same_directory() {
     let settings = trunnion::config::Settings {
         listen: ([127, 0, 0, 1], 0).into(),
         data_dir: app.data.clone(),
+        database: crate::database::address_of(&app.data).map(|address| address.parse().unwrap()),
         ..trunnion::config::Settings::default()
     };
     let again = trunnion::cli::start(

@@ -24,6 +24,7 @@ use trunnion::wire::{
     Interpolation,
 };
 
+use crate::database;
 use crate::description::in_full;
 
 /// A running service.
@@ -85,6 +86,7 @@ async fn spawn_on(data: &Path, change: impl FnOnce(&mut Settings), compensator: 
         drain_timeout_s: 0.5,
         ..Settings::default()
     };
+    database::choose(&mut settings);
     change(&mut settings);
     let running = start(settings, sources(), compensator).await.unwrap();
     let base = format!("http://{}", running.address);

@@ -114,14 +114,19 @@ pub(super) fn run(settings: Settings) -> Result<(), StartFault> {
     let runtime = runtime.map_err(StartFault::Process)?;
     let (listen, data_dir) = (settings.listen, settings.data_dir.clone());
     let text = runtime.block_on(async {
-        is_unused(&data_dir).await?;
+        if settings.database.is_none() {
+            is_unused(&data_dir).await?;
+        }
         // The service of the example listens for nobody.
         let here = (IpAddr::from(Ipv4Addr::LOCALHOST), 0).into();
         let settings = Settings { listen: here, tls_certificate: None, tls_key: None, ..settings };
         let budget = Cost::budget_within(settings.max_cost_s);
         let compensator = Arc::new(CutterContactCompensator { budget });
         let running = start(settings, Sources::real(), compensator).await?;
-        let loaded = load(&running).await;
+        let loaded = match is_unused_yet(&running, &data_dir).await {
+            Ok(()) => load(&running).await,
+            Err(fault) => Err(fault),
+        };
         let has_keys = !matches!(running.guarding, super::Guarding::Loopback);
         running.stop().await.map_err(StartFault::Process)?;
         let base = format!("http://{listen}");
@@ -148,6 +153,17 @@ async fn is_unused(data_dir: &Path) -> Result<(), DemoFault> {
     let rows = rows?;
     for (table, unused) in UNUSED {
         let count = rows.get(table).copied().unwrap_or_default();
+        if count > unused {
+            return Err(DemoFault::NotEmpty { path: data_dir.to_owned(), table, count });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a database that people have used.
+async fn is_unused_yet(running: &Running, data_dir: &Path) -> Result<(), DemoFault> {
+    for (table, unused) in UNUSED {
+        let count = running.state.store.row_count(table).await?;
         if count > unused {
             return Err(DemoFault::NotEmpty { path: data_dir.to_owned(), table, count });
         }

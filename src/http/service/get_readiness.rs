@@ -48,7 +48,10 @@ pub(super) async fn get_readiness(
         tracing::error!(error = %fault, "the store is not usable");
         Problem::new(ProblemType::StorageUnavailable, detail)
     };
-    app.store.check().await.map_err(|fault| unusable(&fault, "the database does not answer; see the log"))?;
+    app.store.check().await.map_err(|fault| match fault.of_the_server() {
+        Some(reason) => unusable(&fault, &reason),
+        None => unusable(&fault, "the database does not answer; see the log"),
+    })?;
     let blobs = app.spool.blobs().clone();
     let written = tokio::task::spawn_blocking(move || blobs.check()).await;
     written.map_err(|fault| Problem::internal(&fault))?.map_err(|fault| {

@@ -196,7 +196,8 @@ impl Shared {
         if !passes {
             self.running.forget_failures(id);
         }
-        if ended == Some(true) || given == Some(GivenBack::Cancelled) {
+        // The answer to the commit that ended it may have been lost, and then there is nothing to give back.
+        if ended == Some(true) || matches!(given, Some(GivenBack::Cancelled | GivenBack::Nothing)) {
             self.on_finished(id).await;
         } else {
             self.changed(id);

@@ -385,6 +385,8 @@ impl Shared {
     async fn on_finished(&self, id: &str) {
         self.changed(id);
         match self.store.job(id).await {
+            // Somebody else computes it.
+            Ok(Some(job)) if !JobState::ENDS.contains(&job.document.state) => {}
             Ok(Some(job)) => {
                 let (ended, state) = (job.document.state, job.document.state.as_str());
                 for (_, count) in JobState::ENDS.iter().zip(&JOBS_ENDED).filter(|(end, _)| **end == ended) {

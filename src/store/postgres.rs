@@ -1,0 +1,289 @@
+//! The database on a server of PostgreSQL: connections that only read, and one that writes. Every call has a deadline of
+//! its own, because a server that has gone away without a word never answers.
+
+use std::fmt;
+use std::io;
+use std::task::Poll;
+use std::time::Duration;
+
+use futures::StreamExt;
+use futures::future::{BoxFuture, FutureExt};
+use futures::stream::{BoxStream, poll_fn};
+use sqlx::pool::PoolConnection;
+use sqlx::postgres::{
+    PgConnectOptions, PgConnection, PgPool, PgPoolOptions, PgQueryResult, PgRow, PgStatement, PgTypeInfo,
+};
+use sqlx::{Connection, Describe, Either, Error, Execute, Executor, Postgres, SqlStr};
+
+use super::StoreError;
+use super::error::Doing;
+use super::presence::Presence;
+use super::sql::{On, Tx};
+use crate::meter;
+
+/// Longest time for a connection, from the pool or from the server.
+const CONNECTED_WITHIN: Duration = Duration::from_secs(5);
+/// Longest time in which a connection that was idle shows that it still works.
+const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
+/// Longest time of one statement that reads, and of one transaction that writes. The server's own limits are shorter, so
+/// that it has given up before.
+const READ_WITHIN: Duration = Duration::from_secs(40);
+const WRITE_WITHIN: Duration = Duration::from_secs(40);
+
+/// What the server is told about every session: when it gives up a statement, the wait for a lock and a transaction in
+/// which nothing happens, and after which silence it takes the other end for dead.
+const LIMITS: [(&str, &str); 6] = [
+    ("statement_timeout", "30s"),
+    ("lock_timeout", "10s"),
+    ("idle_in_transaction_session_timeout", "15s"),
+    ("tcp_keepalives_idle", "10"),
+    ("tcp_keepalives_interval", "5"),
+    ("tcp_keepalives_count", "3"),
+];
+
+/// The session options of every connection.
+pub(super) fn with_limits(options: PgConnectOptions) -> PgConnectOptions {
+    options.application_name("trunnion").options(LIMITS)
+}
+
+/// A pool of `count` connections.
+async fn pool(options: PgConnectOptions, count: u32) -> Result<PgPool, StoreError> {
+    PgPoolOptions::new()
+        .min_connections(1)
+        .max_connections(count)
+        .acquire_timeout(CONNECTED_WITHIN)
+        .idle_timeout(None)
+        .max_lifetime(None)
+        .test_before_acquire(false)
+        // The pool's own test waits for ever if the server has gone away without a word.
+        .before_acquire(|connection, _| Box::pin(async move { Ok(answers(connection).await) }))
+        .after_connect(|connection, _| Box::pin(write_through(connection)))
+        .connect_with(options)
+        .await
+        .doing("connecting to the database")
+}
+
+/// Whether a connection works.
+pub(super) async fn answers(connection: &mut PgConnection) -> bool {
+    matches!(tokio::time::timeout(ANSWERED_WITHIN, connection.ping()).await, Ok(Ok(())))
+}
+
+/// What is acknowledged has to be on the disk, whatever the server does for others.
+async fn write_through(connection: &mut PgConnection) -> Result<(), Error> {
+    let text = "SELECT set_config('synchronous_commit', 'on', false) \
+                WHERE current_setting('synchronous_commit') = 'off'";
+    sqlx::query(text).execute(connection).await.map(drop)
+}
+
+/// The connections that only read. Every query through them is timed, from the wait for a connection to its last row.
+#[derive(Clone)]
+pub(super) struct PgReaders {
+    pool: PgPool,
+    presence: Presence,
+}
+
+impl PgReaders {
+    /// Connections of which at most `count` are in use at once.
+    ///
+    /// # Errors
+    /// The server does not answer.
+    pub(super) async fn connect(
+        options: PgConnectOptions,
+        count: u32,
+        presence: Presence,
+    ) -> Result<Self, StoreError> {
+        let options = options.options([("default_transaction_read_only", "on")]);
+        Ok(Self { pool: pool(options, count).await?, presence })
+    }
+
+    /// A connection for several statements.
+    ///
+    /// # Errors
+    /// The server does not answer, or every connection is in use for too long.
+    pub(super) async fn acquire(&self) -> Result<PoolConnection<Postgres>, Error> {
+        self.pool.acquire().await
+    }
+
+    /// The server as it is known at present.
+    pub(super) fn presence(&self) -> &Presence {
+        &self.presence
+    }
+
+    /// Closes every connection.
+    pub(super) async fn close(&self) {
+        let _in_time = tokio::time::timeout(ANSWERED_WITHIN, self.pool.close()).await;
+    }
+}
+
+/// Options of connections hold a password.
+impl fmt::Debug for PgReaders {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("PgReaders")
+    }
+}
+
+impl<'p> Executor<'p> for &'_ PgReaders {
+    type Database = Postgres;
+
+    fn fetch_many<'e, 'q: 'e, E>(self, query: E) -> BoxStream<'e, Result<Either<PgQueryResult, PgRow>, Error>>
+    where
+        'p: 'e,
+        E: 'q + Execute<'q, Postgres>,
+    {
+        let timed = meter::STORE_READS.begin();
+        let mut rows = (&self.pool).fetch_many(query);
+        let presence = self.presence.clone();
+        let mut refusal = Box::pin(async move { presence.refuses_after(READ_WITHIN).await }).fuse();
+        poll_fn(move |context| {
+            // The stream measures the time, which ends with it.
+            let _held = &timed;
+            match rows.poll_next_unpin(context) {
+                Poll::Pending => refusal.poll_unpin(context).map(|fault| Some(Err(fault))),
+                ready @ Poll::Ready(_) => ready,
+            }
+        })
+        .boxed()
+    }
+
+    fn fetch_optional<'e, 'q: 'e, E>(self, query: E) -> BoxFuture<'e, Result<Option<PgRow>, Error>>
+    where
+        'p: 'e,
+        E: 'q + Execute<'q, Postgres>,
+    {
+        let timed = meter::STORE_READS.begin();
+        let row = (&self.pool).fetch_optional(query);
+        let presence = self.presence.clone();
+        Box::pin(async move {
+            let row = presence.within(READ_WITHIN, row).await;
+            drop(timed);
+            row
+        })
+    }
+
+    fn prepare_with<'e>(
+        self,
+        sql: SqlStr,
+        parameters: &'e [PgTypeInfo],
+    ) -> BoxFuture<'e, Result<PgStatement, Error>>
+    where
+        'p: 'e,
+    {
+        (&self.pool).prepare_with(sql, parameters)
+    }
+
+    fn describe<'e>(self, sql: SqlStr) -> BoxFuture<'e, Result<Describe<Postgres>, Error>>
+    where
+        'p: 'e,
+    {
+        (&self.pool).describe(sql)
+    }
+}
+
+/// The connection that writes. One is enough: the transactions of all processes come one after the other.
+#[derive(Clone)]
+pub(super) struct PgWriter {
+    pool: PgPool,
+    presence: Presence,
+    /// The service that this process is; `None` for a command that runs beside one.
+    instance: Option<String>,
+}
+
+impl fmt::Debug for PgWriter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PgWriter").field("instance", &self.instance).finish_non_exhaustive()
+    }
+}
+
+/// Another service has taken over the database.
+#[derive(Debug, thiserror::Error)]
+#[error("another service has taken over the database")]
+pub(super) struct TakenOver;
+
+impl PgWriter {
+    /// One connection.
+    ///
+    /// # Errors
+    /// The server does not answer.
+    pub(super) async fn connect(
+        options: PgConnectOptions,
+        presence: Presence,
+        instance: Option<String>,
+    ) -> Result<Self, StoreError> {
+        Ok(Self { pool: pool(options, 1).await?, presence, instance })
+    }
+
+    /// Runs `work` in one transaction, after those of every other process.
+    ///
+    /// # Errors
+    /// The database failed, or another service has it; nothing is stored. If the server goes away while the transaction
+    /// ends, nobody knows whether it is stored.
+    pub(super) async fn write<T, F>(&self, doing: &'static str, work: F) -> Result<T, StoreError>
+    where
+        T: Send,
+        F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, Error>> + Send,
+    {
+        self.presence.within(WRITE_WITHIN, self.transact(work)).await.doing(doing)
+    }
+
+    async fn transact<T, F>(&self, work: F) -> Result<T, Error>
+    where
+        T: Send,
+        F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, Error>> + Send,
+    {
+        let mut connection = self.pool.acquire().await?;
+        let done = self.transact_on(&mut connection, work).await;
+        if done.as_ref().is_err_and(ends_the_connection) {
+            connection.close_on_drop();
+        }
+        done
+    }
+
+    async fn transact_on<T, F>(&self, connection: &mut PgConnection, work: F) -> Result<T, Error>
+    where
+        T: Send,
+        F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, Error>> + Send,
+    {
+        // In one journey to the server. The key is that of the schema, as in `presence`.
+        let begin = "BEGIN; SELECT pg_advisory_xact_lock(1953656942, hashtext(current_schema()))";
+        let mut transaction = connection.begin_with(begin).await?;
+        if let Some(own) = &self.instance {
+            // A statement of its own: it has to see what the holder before has committed.
+            let present: String =
+                sqlx::query_scalar("SELECT instance FROM service").fetch_one(&mut *transaction).await?;
+            if present != *own {
+                self.presence.note_taken_over();
+                return Err(io::Error::other(TakenOver).into());
+            }
+        }
+        match work(&mut Tx(On::Postgres(&mut transaction))).await {
+            Ok(done) => transaction.commit().await.map(|()| done),
+            Err(fault) => {
+                if let Err(also) = transaction.rollback().await {
+                    tracing::debug!(error = %also, "a transaction could not be rolled back");
+                }
+                Err(fault)
+            }
+        }
+    }
+
+    /// Completed when another service has taken over the database.
+    pub(super) async fn taken_over(&self) {
+        self.presence.taken_over().await;
+    }
+
+    /// Closes the connection, and gives the database free.
+    pub(super) async fn close(&self) {
+        let _in_time = tokio::time::timeout(ANSWERED_WITHIN, self.pool.close()).await;
+        self.presence.end().await;
+    }
+}
+
+/// Whether a connection is not used again after this fault: it is broken, or leads to a server that does not write.
+fn ends_the_connection(fault: &Error) -> bool {
+    match fault {
+        Error::Io(_) | Error::Tls(_) | Error::Protocol(_) => true,
+        // `read_only_sql_transaction`: after a failover the connection leads to the server that was left.
+        Error::Database(fault) => fault.code().is_some_and(|code| code == "25006" || code.starts_with("57P")),
+        _ => false,
+    }
+}

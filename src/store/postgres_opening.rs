@@ -1,0 +1,239 @@
+//! Opens a database on a server of PostgreSQL: for the one service that has it, or for a command beside that service.
+
+use std::future::Future;
+use std::path::Path;
+use std::str::FromStr;
+use std::time::Duration;
+
+use sqlx::postgres::{PgConnectOptions, PgConnection};
+use sqlx::{Connection, Error, Executor};
+
+use super::error::Doing;
+use super::postgres::{PgReaders, PgWriter, with_limits};
+use super::presence::{Presence, TRY_LOCK};
+use super::sqlite::{is_empty, no_files_beside};
+use super::{DATABASE_NAME, StoreError};
+use crate::config::DatabaseAddress;
+
+/// The oldest server that the statements were tried on.
+const OLDEST_SERVER: i32 = 15;
+/// Longest time for the first connection.
+const REACHED_WITHIN: Duration = Duration::from_secs(10);
+/// How long the lock of a service that has just ended is waited for, and how often it is tried.
+const LOCKED_WITHIN: Duration = Duration::from_secs(5);
+const LOCK_AGAIN: Duration = Duration::from_millis(250);
+/// The file that names the database of a data directory.
+const DATABASE_ID: &str = "database.id";
+
+/// A database on a server.
+#[derive(Debug)]
+pub(super) struct Server<'a> {
+    pub(super) address: &'a DatabaseAddress,
+    /// Overrides that of the address.
+    pub(super) password: Option<String>,
+}
+
+/// The connections to a server.
+pub(super) struct Opened {
+    pub(super) readers: PgReaders,
+    pub(super) writer: PgWriter,
+}
+
+/// The present schema, if a migration has run.
+const SCHEMA: &str = "SELECT MAX(version) FROM _sqlx_migrations WHERE success";
+const HAS_SCHEMA: &str = "SELECT to_regclass('_sqlx_migrations') IS NOT NULL";
+
+impl Server<'_> {
+    fn options(&self) -> Result<PgConnectOptions, StoreError> {
+        if let Some(why) = self.address.fault() {
+            return Err(StoreError::Address { why });
+        }
+        // The fault would quote the address.
+        let options = PgConnectOptions::from_str(self.address.with_password());
+        let options =
+            options.map_err(|_quotes_it| StoreError::Address { why: "it is no address of PostgreSQL" })?;
+        let options = with_limits(options);
+        Ok(match &self.password {
+            Some(password) => options.password(password),
+            None => options,
+        })
+    }
+
+    fn unreachable(&self, source: Error) -> StoreError {
+        StoreError::Unreachable { database: self.address.to_string(), source }
+    }
+
+    async fn within<T>(&self, doing: impl Future<Output = Result<T, Error>>) -> Result<T, StoreError> {
+        let late = |_| Error::Io(std::io::Error::from(std::io::ErrorKind::TimedOut));
+        let done = tokio::time::timeout(REACHED_WITHIN, doing).await.map_err(late).flatten();
+        done.map_err(|fault| self.unreachable(fault))
+    }
+
+    /// A session on a server that can be used.
+    async fn session(&self, options: &PgConnectOptions) -> Result<PgConnection, StoreError> {
+        let mut session = self.within(PgConnection::connect_with(options)).await?;
+        let asked: (String, String) = self
+            .within(
+                sqlx::query_as(
+                    "SELECT current_setting('server_version'), current_setting('server_encoding')",
+                )
+                .fetch_one(&mut session),
+            )
+            .await?;
+        let (version, encoding) = asked;
+        let major =
+            version.split(|byte: char| !byte.is_ascii_digit()).next().and_then(|text| text.parse().ok());
+        if major.is_none_or(|major: i32| major < OLDEST_SERVER) {
+            return Err(StoreError::ServerTooOld { found: version, needed: OLDEST_SERVER });
+        }
+        if encoding != "UTF8" {
+            return Err(StoreError::NotUtf8 { found: encoding });
+        }
+        Ok(session)
+    }
+
+    /// Opens the database for the service of a data directory: no other service has it from now on, and it is updated to
+    /// the newest form. `instance` is a text that was never used before.
+    ///
+    /// # Errors
+    /// The server cannot be used, another service has the database, a newer version has migrated it, or the directory
+    /// belongs to another database.
+    pub(super) async fn open(
+        &self,
+        data_dir: &Path,
+        readers: u32,
+        instance: String,
+    ) -> Result<Opened, StoreError> {
+        if !is_empty(&data_dir.join(DATABASE_NAME)) {
+            return Err(StoreError::FileHere { directory: data_dir.to_owned() });
+        }
+        let options = self.options()?;
+        let mut session = self.session(&options).await?;
+        self.lock(&mut session).await?;
+        migrate(&mut session).await?;
+        note_directory(&mut session, data_dir).await?;
+        take(&mut session, &instance).await?;
+        let presence = Presence::here();
+        let opened = Opened {
+            readers: PgReaders::connect(options.clone(), readers, presence.clone()).await?,
+            writer: PgWriter::connect(options.clone(), presence.clone(), Some(instance.clone())).await?,
+        };
+        presence.watch(session, options, instance);
+        Ok(opened)
+    }
+
+    /// Opens the database beside a service that has it.
+    ///
+    /// # Errors
+    /// The server cannot be used, or the database is not in the form of this version.
+    pub(super) async fn open_beside(&self) -> Result<Opened, StoreError> {
+        let options = self.options()?;
+        let mut session = self.session(&options).await?;
+        let (found, needed) = (schema(&mut session).await?.unwrap_or_default(), own_form());
+        if found != needed {
+            return Err(StoreError::OtherForm { found, needed });
+        }
+        let presence = Presence::here();
+        Ok(Opened {
+            readers: PgReaders::connect(options.clone(), 1, presence.clone()).await?,
+            writer: PgWriter::connect(options, presence, None).await?,
+        })
+    }
+
+    /// Takes the lock of the service.
+    async fn lock(&self, session: &mut PgConnection) -> Result<(), StoreError> {
+        let doing = "asking whether another service has the database";
+        let mut waited = Duration::ZERO;
+        loop {
+            if sqlx::query_scalar::<_, bool>(TRY_LOCK).fetch_one(&mut *session).await.doing(doing)? {
+                return Ok(());
+            }
+            if waited >= LOCKED_WITHIN {
+                break;
+            }
+            // A server notices within a moment that a process is gone.
+            tokio::time::sleep(LOCK_AGAIN).await;
+            waited += LOCK_AGAIN;
+        }
+        let database = self.address.to_string();
+        let holder = if schema(session).await?.is_some() {
+            sqlx::query_as("SELECT host, process, version, since FROM service")
+                .fetch_optional(session)
+                .await
+                .doing(doing)?
+        } else {
+            None
+        };
+        let (host, process, version, since): (String, i64, String, String) = holder.unwrap_or_default();
+        Err(StoreError::InUse { database, host, process, version, since })
+    }
+}
+
+/// The newest schema of this version on PostgreSQL.
+pub(super) fn own_form() -> i64 {
+    let migrations = sqlx::migrate!("./migrations-postgres");
+    migrations.iter().map(|migration| migration.version).max().unwrap_or_default()
+}
+
+async fn schema(session: &mut PgConnection) -> Result<Option<i64>, StoreError> {
+    let doing = "asking for the schema of the database";
+    if !sqlx::query_scalar::<_, bool>(HAS_SCHEMA).fetch_one(&mut *session).await.doing(doing)? {
+        return Ok(None);
+    }
+    sqlx::query_scalar(SCHEMA).fetch_one(session).await.doing(doing)
+}
+
+/// Updates the database to the newest form, unless a newer version has made it.
+async fn migrate(session: &mut PgConnection) -> Result<(), StoreError> {
+    let ours = own_form();
+    match schema(session).await? {
+        Some(found) if found == ours => return Ok(()),
+        Some(found) if found > ours => return Err(StoreError::Newer { found, ours }),
+        _ => {}
+    }
+    let doing = "setting how long a migration may take";
+    session.execute("SET statement_timeout = 0").await.doing(doing)?;
+    // The lock of the service is enough: another one would make plants that share a database wait for each other.
+    sqlx::migrate!("./migrations-postgres").set_locking(false).run(&mut *session).await?;
+    session.execute("RESET statement_timeout").await.doing(doing)?;
+    Ok(())
+}
+
+/// Notes in the data directory to which database its files belong, or refuses a directory of another one: the sweep at
+/// the start would remove all its files.
+async fn note_directory(session: &mut PgConnection, data_dir: &Path) -> Result<(), StoreError> {
+    let doing = "asking for the name of the database";
+    let id: String =
+        sqlx::query_scalar("SELECT database_id FROM service").fetch_one(&mut *session).await.doing(doing)?;
+    let place = data_dir.join(DATABASE_ID);
+    let unusable = |source| StoreError::Note { path: place.clone(), source };
+    match std::fs::read_to_string(&place) {
+        Ok(noted) if noted.trim() == id => return Ok(()),
+        Ok(_other) => return Err(StoreError::OtherDatabase { directory: data_dir.to_owned(), note: place }),
+        Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => {}
+        Err(fault) => return Err(unusable(fault)),
+    }
+    no_files_beside(data_dir, &place)?;
+    std::fs::write(&place, format!("{id}\n")).map_err(unusable)
+}
+
+/// Makes this the service that has the database: from now on no service before it writes.
+async fn take(session: &mut PgConnection, instance: &str) -> Result<(), StoreError> {
+    let doing = "taking the database";
+    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let begin = "BEGIN; SELECT pg_advisory_xact_lock(1953656942, hashtext(current_schema()))";
+    let mut transaction = session.begin_with(begin).await.doing(doing)?;
+    // The time of the database: the clocks of two computers may differ.
+    sqlx::query(
+        "UPDATE service SET instance = $1, host = $2, process = $3, version = $4,
+             since = to_char(clock_timestamp() AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS\"Z\"')",
+    )
+    .bind(instance)
+    .bind(host.trim())
+    .bind(i64::from(std::process::id()))
+    .bind(env!("CARGO_PKG_VERSION"))
+    .execute(&mut *transaction)
+    .await
+    .doing(doing)?;
+    transaction.commit().await.doing(doing)
+}

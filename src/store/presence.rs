@@ -1,0 +1,209 @@
+//! Whether the server of the database is there, and whether this process is still the one service that has it. One
+//! session of its own holds the service's lock and is asked every second.
+//!
+//! The lock decides whether a service may start. The row of the table `service` decides whether it may write: the next
+//! service changes the row, and every transaction that writes compares it. So a service that lost its session, and with
+//! it the lock, never writes beside the next one.
+
+use std::fmt;
+use std::future::Future;
+use std::io;
+use std::sync::Arc;
+use std::time::Duration;
+
+use sqlx::postgres::{PgConnectOptions, PgConnection};
+use sqlx::{Connection, Error};
+use tokio::sync::watch;
+use tokio_util::sync::CancellationToken;
+use tokio_util::task::TaskTracker;
+
+use super::postgres::answers;
+use super::postgres_fault::reason;
+
+/// Time between two questions.
+const EVERY: Duration = Duration::from_secs(1);
+/// Time between two attempts to reach a server that is away.
+const AGAIN: Duration = Duration::from_millis(500);
+/// Longest time of one attempt.
+const REACHED_WITHIN: Duration = Duration::from_secs(3);
+
+/// What is known of the server.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum State {
+    Here,
+    /// It does not answer, and why.
+    Away(Arc<str>),
+    /// Another service has the database.
+    TakenOver,
+}
+
+/// The server as it is known at present.
+#[derive(Clone)]
+pub(super) struct Presence {
+    state: watch::Sender<State>,
+    stop: CancellationToken,
+    tasks: TaskTracker,
+}
+
+impl fmt::Debug for Presence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Presence").field("state", &*self.state.borrow()).finish_non_exhaustive()
+    }
+}
+
+impl Presence {
+    /// A server that is there, and that nobody watches yet.
+    pub(super) fn here() -> Self {
+        Self {
+            state: watch::Sender::new(State::Here),
+            stop: CancellationToken::new(),
+            tasks: TaskTracker::new(),
+        }
+    }
+
+    /// Watches the server through the session that holds the service's lock, on behalf of the service `instance`.
+    pub(super) fn watch(&self, session: PgConnection, options: PgConnectOptions, instance: String) {
+        let watching = Watching { presence: self.clone(), options, instance };
+        self.tasks.spawn(watching.run(session));
+        self.tasks.close();
+    }
+
+    /// Ends the session, which frees the lock.
+    pub(super) async fn end(&self) {
+        self.stop.cancel();
+        self.tasks.close();
+        let _in_time = tokio::time::timeout(REACHED_WITHIN, self.tasks.wait()).await;
+    }
+
+    /// Another service has the database.
+    pub(super) fn note_taken_over(&self) {
+        self.state.send_replace(State::TakenOver);
+    }
+
+    /// Completed when another service has taken over the database.
+    pub(super) async fn taken_over(&self) {
+        let mut state = self.state.subscribe();
+        // The sender lives as long as this.
+        let _state = state.wait_for(|state| *state == State::TakenOver).await;
+    }
+
+    /// The answer of a call, unless the server goes away, or answers nothing for so long.
+    pub(super) async fn within<T>(
+        &self,
+        limit: Duration,
+        call: impl Future<Output = Result<T, Error>>,
+    ) -> Result<T, Error> {
+        tokio::select! {
+            biased;
+            done = call => done,
+            fault = self.refuses_after(limit) => Err(fault),
+        }
+    }
+
+    /// Completed as soon as the server is away, or after this time.
+    pub(super) async fn refuses_after(&self, limit: Duration) -> Error {
+        let mut state = self.state.subscribe();
+        let gone = async {
+            match state.wait_for(|state| *state != State::Here).await.map(|state| state.clone()) {
+                Ok(State::Away(reason)) => format!("the database server does not answer: {reason}"),
+                _ => "another service has taken over the database".to_owned(),
+            }
+        };
+        let text = tokio::select! {
+            text = gone => text,
+            () = tokio::time::sleep(limit) => format!("no answer within {} s", limit.as_secs()),
+        };
+        Error::Io(io::Error::new(io::ErrorKind::TimedOut, text))
+    }
+
+    fn note(&self, state: State) {
+        self.state.send_if_modified(|known| {
+            // Nothing gives a database back.
+            let news = *known != state && *known != State::TakenOver;
+            if news {
+                *known = state;
+            }
+            news
+        });
+    }
+}
+
+/// The task that watches the server.
+struct Watching {
+    presence: Presence,
+    options: PgConnectOptions,
+    instance: String,
+}
+
+impl Watching {
+    async fn run(self, session: PgConnection) {
+        let mut session = Some(session);
+        loop {
+            let pause = if session.is_some() { EVERY } else { AGAIN };
+            tokio::select! {
+                () = self.presence.stop.cancelled() => break,
+                () = tokio::time::sleep(pause) => {}
+            }
+            let answered = match session.as_mut() {
+                Some(session) => answers(session).await,
+                None => false,
+            };
+            if !answered {
+                if session.take().is_some() {
+                    tracing::warn!("the session that holds the database for this service is lost");
+                }
+                session = self.reach().await;
+            }
+        }
+        if let Some(session) = session {
+            let _in_time = tokio::time::timeout(REACHED_WITHIN, session.close()).await;
+        }
+    }
+
+    /// A new session, if the server is there; it notes what it finds.
+    async fn reach(&self) -> Option<PgConnection> {
+        let found = tokio::time::timeout(REACHED_WITHIN, self.attempt()).await;
+        let found = found.unwrap_or_else(|_late| Err(Error::Io(io::ErrorKind::TimedOut.into())));
+        match found {
+            Ok((session, true)) => {
+                if *self.presence.state.borrow() != State::Here {
+                    tracing::info!("the database server answers again");
+                }
+                self.presence.note(State::Here);
+                Some(session)
+            }
+            Ok((_session, false)) => {
+                tracing::error!("another service has taken over the database");
+                self.presence.note(State::TakenOver);
+                None
+            }
+            Err(fault) => {
+                let reason: Arc<str> = reason(&fault).into();
+                if *self.presence.state.borrow() != State::Away(Arc::clone(&reason)) {
+                    tracing::error!(error = %fault, "the database server does not answer");
+                }
+                self.presence.note(State::Away(reason));
+                None
+            }
+        }
+    }
+
+    /// A session, and whether the database is still this service's.
+    async fn attempt(&self) -> Result<(PgConnection, bool), Error> {
+        let mut session = PgConnection::connect_with(&self.options).await?;
+        // A session of before may still have the lock, as long as the server does not know that it is dead.
+        let _whether: bool = sqlx::query_scalar(TRY_LOCK).fetch_one(&mut session).await?;
+        let writes: bool =
+            sqlx::query_scalar("SELECT NOT pg_is_in_recovery()").fetch_one(&mut session).await?;
+        if !writes {
+            return Err(Error::Io(io::Error::other("it is a standby that does not write")));
+        }
+        let present: String =
+            sqlx::query_scalar("SELECT instance FROM service").fetch_one(&mut session).await?;
+        Ok((session, present == self.instance))
+    }
+}
+
+/// Takes the lock of the service for the session, if it is free. The key is that of the schema, so that several plants
+/// can share a database.
+pub(super) const TRY_LOCK: &str = "SELECT pg_try_advisory_lock(1953656943, hashtext(current_schema()))";

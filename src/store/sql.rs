@@ -1,0 +1,127 @@
+//! One text of SQL for both databases. Every statement of the store goes through [`sql!`], which checks its text for
+//! `SQLite` and for PostgreSQL when it is compiled (`docs/scale-out.md` describes the rules for a text).
+//!
+//! Statements that belong to `SQLite` alone (its pragmas, its copies, the examination of a file) are in
+//! `database_file.rs`, `deep.rs` and `sqlite.rs`, and name `SQLite`'s types.
+
+use sqlx::sqlite::SqliteConnection;
+
+use super::readers::Readers;
+
+#[cfg(feature = "scale-out")]
+pub(super) use {
+    super::postgres::{PgReaders, PgWriter},
+    sqlx::postgres::PgConnection,
+};
+
+/// Stands in the place of PostgreSQL's types in a binary without them: no value of it exists.
+#[cfg(not(feature = "scale-out"))]
+pub(super) use std::convert::{Infallible as PgConnection, Infallible as PgReaders, Infallible as PgWriter};
+
+/// One of the two databases.
+#[derive(Debug, Clone)]
+pub(super) enum On<S, P> {
+    /// `SQLite`.
+    Sqlite(S),
+    /// PostgreSQL.
+    #[cfg_attr(not(feature = "scale-out"), expect(dead_code, reason = "no value of this type exists"))]
+    Postgres(P),
+}
+
+/// The connections that only read.
+#[derive(Debug, Clone)]
+pub(super) struct Db(pub(super) On<Readers, PgReaders>);
+
+impl Db {
+    /// The database, as [`sql!`] uses it.
+    pub(super) fn on(&self) -> On<&Readers, &PgReaders> {
+        match &self.0 {
+            On::Sqlite(readers) => On::Sqlite(readers),
+            On::Postgres(readers) => On::Postgres(readers),
+        }
+    }
+}
+
+/// A transaction that writes.
+#[derive(Debug)]
+pub(super) struct Tx<'c>(pub(super) On<&'c mut SqliteConnection, &'c mut PgConnection>);
+
+impl Tx<'_> {
+    /// The database, as [`sql!`] uses it.
+    pub(super) fn on(&mut self) -> On<&mut SqliteConnection, &mut PgConnection> {
+        match &mut self.0 {
+            On::Sqlite(connection) => On::Sqlite(connection),
+            On::Postgres(connection) => On::Postgres(connection),
+        }
+    }
+}
+
+/// Runs a statement on a [`Db`] or in a [`Tx`]: `execute` answers the number of rows, and `one`, `optional` and `all`
+/// answer rows of a type, or single values for `_`. A text may be joined from several with `+`. Where the databases need
+/// different texts, there are two: `sqlite "…", postgres "…"`.
+macro_rules! sql {
+    ($on:expr, $how:ident $(($row:tt))?, sqlite $lite:literal, postgres $pg:literal $(, $arg:expr)* $(,)?) => {
+        match $on.on() {
+            $crate::store::sql::On::Sqlite(on) => sqlite!(on, $how $(($row))?, $lite $(, $arg)*),
+            $crate::store::sql::On::Postgres(on) => postgres!(on, $how $(($row))?, $pg $(, $arg)*),
+        }
+    };
+    ($on:expr, $how:ident $(($row:tt))?, $text:tt $(+ $more:tt)* $(, $arg:expr)* $(,)?) => {
+        match $on.on() {
+            $crate::store::sql::On::Sqlite(on) => sqlite!(on, $how $(($row))?, $text $(+ $more)* $(, $arg)*),
+            // Its own text, so that each database has its own file in `.sqlx`.
+            $crate::store::sql::On::Postgres(on) => {
+                postgres!(on, $how $(($row))?, $text $(+ $more)* + " /* pg */" $(, $arg)*)
+            }
+        }
+    };
+}
+
+/// The statement on `SQLite`.
+#[cfg(not(prepare_postgres))]
+macro_rules! sqlite { ($($all:tt)*) => { checked!($($all)*) }; }
+/// Nothing: only the statements on PostgreSQL are checked.
+#[cfg(prepare_postgres)]
+macro_rules! sqlite { ($($all:tt)*) => { skipped!($($all)*) }; }
+
+/// The statement on PostgreSQL.
+#[cfg(all(feature = "scale-out", not(prepare_sqlite)))]
+macro_rules! postgres { ($($all:tt)*) => { checked!($($all)*) }; }
+/// Nothing: only the statements on `SQLite` are checked.
+#[cfg(all(feature = "scale-out", prepare_sqlite))]
+macro_rules! postgres { ($($all:tt)*) => { skipped!($($all)*) }; }
+/// Never: a binary without PostgreSQL has no such connection.
+#[cfg(not(feature = "scale-out"))]
+macro_rules! postgres {
+    ($on:expr, $($all:tt)*) => {
+        match *$on {}
+    };
+}
+
+/// A statement that is checked by the database that its text is prepared for.
+macro_rules! checked {
+    ($on:expr, execute, $($query:tt)*) => {
+        sqlx::query!($($query)*).execute($on).await.map(|done| done.rows_affected())
+    };
+    ($on:expr, one(_), $($query:tt)*) => { sqlx::query_scalar!($($query)*).fetch_one($on).await };
+    ($on:expr, optional(_), $($query:tt)*) => { sqlx::query_scalar!($($query)*).fetch_optional($on).await };
+    ($on:expr, all(_), $($query:tt)*) => { sqlx::query_scalar!($($query)*).fetch_all($on).await };
+    ($on:expr, one($row:ident), $($query:tt)*) => { sqlx::query_as!($row, $($query)*).fetch_one($on).await };
+    ($on:expr, optional($row:ident), $($query:tt)*) => {
+        sqlx::query_as!($row, $($query)*).fetch_optional($on).await
+    };
+    ($on:expr, all($row:ident), $($query:tt)*) => { sqlx::query_as!($row, $($query)*).fetch_all($on).await };
+}
+
+/// In the place of a statement while those of the other database are prepared.
+#[cfg(any(prepare_sqlite, prepare_postgres))]
+macro_rules! skipped {
+    ($on:expr, execute, $($query:tt)*) => {{
+        drop($on);
+        Err::<u64, _>(sqlx::Error::WorkerCrashed)
+    }};
+    ($on:expr, $how:ident($row:tt), $($query:tt)*) => {{
+        drop($on);
+        Err(sqlx::Error::WorkerCrashed)
+    }};
+}
