@@ -1,7 +1,7 @@
--- The schema that `migrations/` makes, for PostgreSQL. A table, a column, an index or a trigger has the same name in both.
--- Texts compare byte by byte (COLLATE "C"), because times, digests and ids are ordered as text. Whole numbers are BIGINT
--- and fractions DOUBLE PRECISION, so that both databases give the same types. Numbers that the database gives to rows
--- may have gaps.
+-- The schema that `migrations/` makes, for PostgreSQL. A table, a column, an index or a trigger has the same name in
+-- both. Texts compare byte by byte (COLLATE "C"), because times, digests and ids are ordered as text. Whole numbers are
+-- BIGINT and fractions DOUBLE PRECISION, so that both databases give the same types. Numbers that the database gives to
+-- rows may have gaps.
 
 -- The values of a JSON array, as SQLite names them.
 CREATE FUNCTION json_each(list TEXT) RETURNS TABLE (value TEXT) LANGUAGE sql IMMUTABLE

@@ -68,8 +68,8 @@ impl Store {
         Ok(Self::of_file(sqlite::open(file, 1, false).await?))
     }
 
-    /// Opens the database that the settings name, for the service of their data directory. `instance` is a text that was
-    /// never used before.
+    /// Opens the database that the settings name, for the service of their data directory. `instance` is a text that
+    /// was never used before.
     ///
     /// # Errors
     /// The same as [`Self::open`]; or the server cannot be used, or another service has its database.

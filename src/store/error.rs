@@ -87,7 +87,10 @@ pub enum StoreError {
         source: std::io::Error,
     },
     /// Others can read or change the file with the password.
-    #[error("{} has the mode {mode:03o}, so others can read or change the password: chmod 640 {}", path.display(), path.display())]
+    #[error(
+        "{file} has the mode {mode:03o}, so others can read or change the password: chmod 640 {file}",
+        file = path.display()
+    )]
     Exposed {
         /// Path of the file.
         path: PathBuf,
@@ -120,8 +123,8 @@ pub enum StoreError {
     },
     /// Another service has the database.
     #[error(
-        "{database} is in use by trunnion {version} on {host} (process {process}) since {since}. Stop that service first, \
-         or give this one a database of its own: in this version one service has a database"
+        "{database} is in use by trunnion {version} on {host} (process {process}) since {since}. Stop that service \
+         first, or give this one a database of its own: in this version one service has a database"
     )]
     InUse {
         /// The address without a password.

@@ -39,6 +39,7 @@ mod postgres_rows;
 mod presence;
 mod private;
 mod queue;
+mod queue_depth;
 mod readers;
 mod recovery;
 mod retention;
@@ -79,9 +80,8 @@ pub use marks::{Died, Mark, Marks};
 pub use pace::Pace;
 pub use page::{Cursor, CursorFault, Page};
 pub use private::{Tightened, make_private};
-pub use queue::{
-    Cancelling, Claimed, DEATHS_BESIDE_OTHERS, Ending, Enqueued, GivenBack, QueueDepth, QueueRoom,
-};
+pub use queue::{Cancelling, Claimed, DEATHS_BESIDE_OTHERS, Ending, Enqueued, GivenBack, QueueRoom};
+pub use queue_depth::QueueDepth;
 pub use recovery::Recovered;
 pub use revisions::{Expected, RevisionHead, Stale};
 pub use soundness::{Soundness, SoundnessReading};

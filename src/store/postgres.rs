@@ -1,5 +1,5 @@
-//! The database on a server of PostgreSQL: connections that only read, and one that writes. Every call has a deadline of
-//! its own, because a server that has gone away without a word never answers.
+//! The database on a server of PostgreSQL: connections that only read, and one that writes. Every call has a deadline
+//! of its own, because a server that has gone away without a word never answers.
 
 use std::fmt;
 use std::io;
@@ -25,8 +25,8 @@ use crate::meter;
 const CONNECTED_WITHIN: Duration = Duration::from_secs(5);
 /// Longest time in which a connection that was idle shows that it still works.
 const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
-/// Longest time of one statement that reads, and of one transaction that writes. The server's own limits are shorter, so
-/// that it has given up before.
+/// Longest time of one statement that reads, and of one transaction that writes. The server's own limits are shorter,
+/// so that it has given up before.
 const READ_WITHIN: Duration = Duration::from_secs(40);
 const WRITE_WITHIN: Duration = Duration::from_secs(40);
 
@@ -137,9 +137,9 @@ impl<'p> Executor<'p> for &'_ PgReaders {
         poll_fn(move |context| {
             // The stream measures the time, which ends with it.
             let _held = &timed;
-            match rows.poll_next_unpin(context) {
-                Poll::Pending => refusal.poll_unpin(context).map(|fault| Some(Err(fault))),
-                ready @ Poll::Ready(_) => ready,
+            match refusal.poll_unpin(context) {
+                Poll::Ready(fault) => Poll::Ready(Some(Err(fault))),
+                Poll::Pending => rows.poll_next_unpin(context),
             }
         })
         .boxed()

@@ -92,8 +92,8 @@ impl Server<'_> {
         Ok(session)
     }
 
-    /// Opens the database for the service of a data directory: no other service has it from now on, and it is updated to
-    /// the newest form. `instance` is a text that was never used before.
+    /// Opens the database for the service of a data directory: no other service has it from now on, and it is updated
+    /// to the newest form. `instance` is a text that was never used before.
     ///
     /// # Errors
     /// The server cannot be used, another service has the database, a newer version has migrated it, or the directory

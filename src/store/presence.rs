@@ -94,9 +94,10 @@ impl Presence {
         call: impl Future<Output = Result<T, Error>>,
     ) -> Result<T, Error> {
         tokio::select! {
+            // First: nothing begins on a server that is known to be away.
             biased;
-            done = call => done,
             fault = self.refuses_after(limit) => Err(fault),
+            done = call => done,
         }
     }
 

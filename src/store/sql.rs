@@ -57,8 +57,8 @@ impl Tx<'_> {
 }
 
 /// Runs a statement on a [`Db`] or in a [`Tx`]: `execute` answers the number of rows, and `one`, `optional` and `all`
-/// answer rows of a type, or single values for `_`. A text may be joined from several with `+`. Where the databases need
-/// different texts, there are two: `sqlite "…", postgres "…"`.
+/// answer rows of a type, or single values for `_`. A text may be joined from several with `+`. Where the databases
+/// need different texts, there are two: `sqlite "…", postgres "…"`.
 macro_rules! sql {
     ($on:expr, $how:ident $(($row:tt))?, sqlite $lite:literal, postgres $pg:literal $(, $arg:expr)* $(,)?) => {
         match $on.on() {

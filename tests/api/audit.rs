@@ -4,6 +4,7 @@
 use reqwest::multipart::{Form, Part};
 use serde_json::{Value, json};
 
+use crate::database;
 use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
 
 /// Action, revision before, revision after of every entry, oldest first.
@@ -313,18 +314,14 @@ async fn pages_of_the_log_follow_each_other() {
 
 #[tokio::test]
 async fn neither_the_log_nor_a_key_can_be_changed_behind_its_back() {
-    use sqlx::Connection;
     let mut app = spawn().await;
     app.close().await;
     let key = app.new_key(&["read"], None).await;
     let place = format!("/v1/keys/{}", key.split('_').nth(1).unwrap());
     app.client.delete(app.url(&place)).send().await.unwrap();
-    let file = format!("sqlite://{}", app.data.join("trunnion.sqlite").display());
+    let data = app.data.clone();
     let directory = app.stop().await;
-    let mut connection = sqlx::SqliteConnection::connect(&file).await.unwrap();
-    let rows: i64 =
-        sqlx::query_scalar("SELECT COUNT(*) FROM audit").fetch_one(&mut connection).await.unwrap();
-    assert_eq!(rows, 5);
+    assert_eq!(database::value(&data, "SELECT CAST(COUNT(*) AS TEXT) FROM audit").await, "5");
     for statement in [
         "DELETE FROM audit",
         "UPDATE audit SET key_id = 'somebody'",
@@ -333,8 +330,7 @@ async fn neither_the_log_nor_a_key_can_be_changed_behind_its_back() {
         "UPDATE api_keys SET scopes = '[\"admin\"]'",
         "UPDATE api_keys SET expires_at = '2099-01-01T00:00:00.000Z'",
     ] {
-        let refused = sqlx::query(statement).execute(&mut connection).await;
-        assert!(refused.is_err(), "{statement}");
+        assert!(database::change(&data, statement).await.is_err(), "{statement}");
     }
     drop(directory);
 }

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
-use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 use trunnion::plot::plain;
 
+use crate::database;
 use crate::support::{App, ac_table, pointers, problem, spawn};
 
 pub(crate) const RUNS: &str = "/v1/machines/example-ac-table/calibrations";
@@ -541,18 +541,15 @@ async fn a_head_axis_without_a_tool_length_is_asked_about() {
 async fn the_database_keeps_runs_as_they_are() {
     let app = spawn().await;
     post(&app, &p4_run()).await;
-    let options = SqliteConnectOptions::new().filename(app.data.join("trunnion.sqlite"));
-    let pool = SqlitePoolOptions::new().connect_with(options).await.unwrap();
     for statement in [
         "UPDATE calibrations SET run = '{}'",
         "DELETE FROM calibrations",
         "UPDATE calibration_errors SET value = 0",
         "DELETE FROM calibration_errors",
     ] {
-        let refused = sqlx::query(statement).execute(&pool).await.unwrap_err().to_string();
+        let refused = database::change(&app.data, statement).await.unwrap_err();
         assert!(refused.contains("a calibration never"), "{statement}: {refused}");
     }
-    pool.close().await;
 }
 
 #[tokio::test]

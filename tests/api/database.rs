@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
+use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
+use sqlx::{AssertSqlSafe, ConnectOptions, Connection};
 use trunnion::config::Settings;
 
 /// Directories of services on the server.
@@ -27,14 +29,16 @@ pub(crate) fn has_no_file(test: &str) -> bool {
 
 /// Names the database of a data directory in the settings. A directory that is opened again has the same one.
 pub(crate) fn choose(settings: &mut Settings) {
-    if server().is_none() {
-        return;
+    put_on_the_server(&settings.data_dir);
+    settings.database = address_of(&settings.data_dir).map(|address| address.parse().unwrap());
+}
+
+/// From now on commands use the database of this data directory on the server, if this run has one.
+pub(crate) fn put_on_the_server(data: &Path) {
+    if server().is_some() {
+        ask(&format!("CREATE SCHEMA IF NOT EXISTS {}", schema_of(data)));
+        ON_THE_SERVER.lock().unwrap().insert(data.to_owned());
     }
-    let data = settings.data_dir.clone();
-    let text = format!("CREATE SCHEMA IF NOT EXISTS {}", schema_of(&data));
-    ask(&text);
-    ON_THE_SERVER.lock().unwrap().insert(data.clone());
-    settings.database = address_of(&data).map(|address| address.parse().unwrap());
 }
 
 /// The address of the database of a data directory, if a service of this run has it on the server.
@@ -51,11 +55,43 @@ pub(crate) fn schema_of(data: &Path) -> String {
 
 /// The answer of the server to a statement.
 pub(crate) fn ask(text: &str) -> String {
-    let call = Command::new("psql")
-        .args(["-XAtq", "-v", "ON_ERROR_STOP=1", "-c", text])
-        .arg(server().unwrap())
-        .output();
-    let done = call.unwrap();
-    assert!(done.status.success(), "{text}: {}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8(done.stdout).unwrap().trim().to_owned()
+    psql(text, "public").unwrap()
+}
+
+fn psql(text: &str, schema: &str) -> Result<String, String> {
+    let mut call = Command::new("psql");
+    call.args(["-XAt", "-v", "ON_ERROR_STOP=1", "-c", text]).arg(server().unwrap());
+    let done = call.env("PGOPTIONS", format!("-c search_path={schema}")).output().unwrap();
+    if done.status.success() {
+        Ok(String::from_utf8(done.stdout).unwrap().trim().to_owned())
+    } else {
+        Err(String::from_utf8_lossy(&done.stderr).into_owned())
+    }
+}
+
+async fn file_of(data: &Path) -> SqliteConnection {
+    SqliteConnectOptions::new().filename(data.join("trunnion.sqlite")).connect().await.unwrap()
+}
+
+/// Changes rows behind the back of the service of a data directory. The number of rows, or the refusal.
+pub(crate) async fn change(data: &Path, statement: &str) -> Result<u64, String> {
+    if address_of(data).is_some() {
+        let done = psql(statement, &schema_of(data))?;
+        return Ok(done.rsplit(' ').next().and_then(|count| count.parse().ok()).unwrap_or(0));
+    }
+    let mut file = file_of(data).await;
+    let done = sqlx::query(AssertSqlSafe(statement.to_owned())).execute(&mut file).await;
+    file.close().await.unwrap();
+    done.map(|done| done.rows_affected()).map_err(|fault| fault.to_string())
+}
+
+/// The one text that a query gives.
+pub(crate) async fn value(data: &Path, query: &str) -> String {
+    if address_of(data).is_some() {
+        return psql(query, &schema_of(data)).unwrap();
+    }
+    let mut file = file_of(data).await;
+    let found = sqlx::query_scalar(AssertSqlSafe(query.to_owned())).fetch_one(&mut file).await.unwrap();
+    file.close().await.unwrap();
+    found
 }

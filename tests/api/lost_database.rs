@@ -5,6 +5,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 use crate::command_line::{said, trunnion};
+use crate::database::has_no_file;
 use crate::support::spawn_in;
 
 const SERVE: [&str; 3] = ["serve", "--listen", "127.0.0.1:0"];
@@ -24,6 +25,9 @@ async fn used(data: &Path) -> String {
 
 #[tokio::test]
 async fn files_without_their_database_are_kept_and_nothing_starts() {
+    if has_no_file("files_without_their_database_are_kept_and_nothing_starts") {
+        return;
+    }
     let folder = TempDir::new().unwrap();
     let data = folder.path().join("data");
     let job = used(&data).await;
@@ -56,6 +60,9 @@ async fn files_without_their_database_are_kept_and_nothing_starts() {
 
 #[tokio::test]
 async fn a_database_that_never_served_does_not_count_for_that_of_the_files() {
+    if has_no_file("a_database_that_never_served_does_not_count_for_that_of_the_files") {
+        return;
+    }
     let folder = TempDir::new().unwrap();
     let (data, fresh) = (folder.path().join("data"), folder.path().join("fresh"));
     used(&data).await;

@@ -7,9 +7,14 @@ use serde_json::Value;
 use tempfile::TempDir;
 use trunnion::config::{ENVIRONMENT, Flags, Settings};
 
+use crate::database::address_of;
+
 pub(crate) fn binary(data: &TempDir) -> Command {
     let mut command = unset();
-    command.env("TRUNNION_DATA_DIR", data.path().join("data")).stdout(Stdio::piped()).stderr(Stdio::null());
+    let data = data.path().join("data");
+    // The command uses the database that a service of this test has.
+    command.envs(address_of(&data).map(|address| ("TRUNNION_DATABASE", address)));
+    command.env("TRUNNION_DATA_DIR", data).stdout(Stdio::piped()).stderr(Stdio::null());
     command
 }
 

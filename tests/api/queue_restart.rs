@@ -5,27 +5,20 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::Value;
-use sqlx::sqlite::{SqliteConnectOptions, SqlitePool, SqlitePoolOptions};
 use tempfile::TempDir;
 
+use crate::database;
 use crate::queue::{Held, accepted, cc, document, ended, running, spawn_held_in};
 use crate::support::spawn_in;
 
 /// Longer than any stop may take.
 const FAR_TOO_LONG: Duration = Duration::from_secs(30);
 
-async fn database(data: &Path) -> SqlitePool {
-    let options = SqliteConnectOptions::new().filename(data.join("trunnion.sqlite"));
-    SqlitePoolOptions::new().max_connections(1).connect_with(options).await.unwrap()
-}
-
 /// Changes jobs as a process that dies leaves them.
 async fn write(data: &Path, statement: &'static str, place: &str) {
-    let pool = database(data).await;
-    let id = place.trim_start_matches("/v1/jobs/").to_owned();
-    let changed = sqlx::query(statement).bind(id).execute(&pool).await.unwrap();
-    assert_eq!(changed.rows_affected(), 1, "{statement}");
-    pool.close().await;
+    let id = place.trim_start_matches("/v1/jobs/");
+    let changed = database::change(data, &statement.replace('?', &format!("'{id}'"))).await;
+    assert_eq!(changed, Ok(1), "{statement}");
 }
 
 const RUNNING: &str = "UPDATE jobs SET state = 'running', attempts = 1, lease = id WHERE id = ?";
@@ -69,11 +62,8 @@ async fn work_that_does_not_stop_is_given_back_over_its_head() {
     let place = accepted(&app, &cc("example-ac-table"), "RUNAWAY\n").await;
     running(&app, &place).await;
     tokio::time::timeout(FAR_TOO_LONG, app.stop()).await.unwrap();
-    let pool = database(directory.path()).await;
-    let left: Vec<(String, i64, Option<String>)> =
-        sqlx::query_as("SELECT state, attempts, lease FROM jobs").fetch_all(&pool).await.unwrap();
-    assert_eq!(left, [("queued".to_owned(), 0, None)]);
-    pool.close().await;
+    let left = "SELECT state || ' ' || attempts || ' ' || coalesce(lease, 'no lease') FROM jobs";
+    assert_eq!(database::value(directory.path(), left).await, "queued 0 no lease");
     // The test's own runtime waits for threads.
     held.release();
 }
@@ -88,12 +78,11 @@ pub(crate) fn mark(data: &Path, place: &str, how: &str) {
 }
 
 async fn deaths(data: &Path, place: &str) -> (i64, i64) {
-    let pool = database(data).await;
-    let id = place.trim_start_matches("/v1/jobs/").to_owned();
-    let found = sqlx::query_as("SELECT deaths, lone_deaths FROM jobs WHERE id = ?").bind(id);
-    let found = found.fetch_one(&pool).await.unwrap();
-    pool.close().await;
-    found
+    let id = place.trim_start_matches("/v1/jobs/");
+    let query = format!("SELECT deaths || ' ' || lone_deaths FROM jobs WHERE id = '{id}'");
+    let found = database::value(data, &query).await;
+    let (deaths, lone_deaths) = found.split_once(' ').unwrap();
+    (deaths.parse().unwrap(), lone_deaths.parse().unwrap())
 }
 
 #[tokio::test]

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
+use crate::database;
 use crate::support::{App, problem, spawn};
 
 /// What the service answers to these bytes.
@@ -208,12 +209,11 @@ async fn a_service_whose_keys_are_gone_stays_closed() {
     app.close().await;
     assert_eq!(app.get("/v1/machines").await.status(), 200);
     // A database without keys takes the place of the one with keys, as a careless restore would do it.
-    let database = app.data.join("trunnion.sqlite");
-    let pool = sqlx::SqlitePool::connect(&format!("sqlite://{}", database.display())).await.unwrap();
-    for text in ["DROP TRIGGER api_keys_never_go", "DELETE FROM api_keys"] {
-        sqlx::query(text).execute(&pool).await.unwrap();
+    let of_table = if database::server().is_some() { " ON api_keys" } else { "" };
+    let drop_trigger = format!("DROP TRIGGER api_keys_never_go{of_table}");
+    for text in [drop_trigger.as_str(), "DELETE FROM api_keys"] {
+        database::change(&app.data, text).await.unwrap();
     }
-    pool.close().await;
     tokio::time::sleep(Duration::from_millis(1200)).await;
     let client = reqwest::Client::builder().no_proxy().build().unwrap();
     let refused = problem(client.get(app.url("/v1/machines")).send().await.unwrap(), "unauthenticated").await;

@@ -3,10 +3,9 @@
 
 use reqwest::{Method, Response, StatusCode};
 use serde_json::{Value, json};
-use sqlx::Connection;
-use trunnion::store::Store;
 use trunnion::wire::WearEntry;
 
+use crate::database;
 use crate::support::{App, ac_table, pointers, problem, spawn, spawn_with};
 
 const TABLE: &str = "/v1/machines/example-ac-table/tools";
@@ -413,7 +412,7 @@ async fn what_a_job_takes_of_the_table_is_in_the_store() {
     let withdrawn = app.post_json(&format!("{wear}/{wrong}/withdraw"), &json!({"reason": "wrong"})).await;
     assert_eq!(withdrawn.status(), StatusCode::OK);
 
-    let store = Store::open_beside(&app.data.join("trunnion.sqlite")).await.unwrap();
+    let store = app.store();
     let table = store.tools("example-ac-table").await.unwrap();
     let rows: Vec<_> =
         table.iter().map(|tool| (tool.tool_id.as_str(), tool.revision, tool.document.number)).collect();
@@ -434,7 +433,6 @@ async fn what_a_job_takes_of_the_table_is_in_the_store() {
     assert_eq!(newest("1").await, [expected(1, "1", 19, 35.0), expected(0, "2", 20, 31.0)]);
     assert_eq!(newest("2").await, [expected(4, "1", 21, 3.0)]);
     assert_eq!(newest("3").await, []);
-    store.close().await;
 }
 
 #[tokio::test]
@@ -447,9 +445,8 @@ async fn a_revision_of_a_tool_does_not_change_behind_its_back() {
         &json!({"number": 13, "name": "BALL_11", "kind": "ball", "radius_mm": 5}),
     )
     .await;
-    let file = format!("sqlite://{}", app.data.join("trunnion.sqlite").display());
+    let data = app.data.clone();
     let directory = app.stop().await;
-    let mut connection = sqlx::SqliteConnection::connect(&file).await.unwrap();
     for statement in [
         "DELETE FROM tool_revisions",
         "UPDATE tool_revisions SET document = '{}'",
@@ -458,7 +455,7 @@ async fn a_revision_of_a_tool_does_not_change_behind_its_back() {
         "UPDATE tools SET number = NULL, name_key = NULL",
         "INSERT INTO tools (machine_id, tool_id, last_revision, number) VALUES ('nobody', 'T1', 1, 1)",
     ] {
-        assert!(sqlx::query(statement).execute(&mut connection).await.is_err(), "{statement}");
+        assert!(database::change(&data, statement).await.is_err(), "{statement}");
     }
     drop(directory);
 }

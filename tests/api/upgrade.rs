@@ -9,6 +9,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqlitePool, SqlitePoolOptions};
 use tempfile::TempDir;
 use trunnion::store::{own_schema, sha256_hex};
 
+use crate::database::has_no_file;
 use crate::deep::rewritten;
 use crate::support::spawn_in;
 
@@ -74,6 +75,9 @@ async fn with_true_digests(data: &Path) {
 
 #[tokio::test]
 async fn a_database_of_every_schema_kept_opens_with_what_it_holds() {
+    if has_no_file("a_database_of_every_schema_kept_opens_with_what_it_holds") {
+        return;
+    }
     let schemas = schemas();
     assert!(schemas.len() >= 10 && schemas[0].0 == 20_260_101_000_000, "{schemas:?}");
     for (schema, path) in schemas {

@@ -2,8 +2,8 @@
 
 use reqwest::{Response, StatusCode};
 use serde_json::{Value, json};
-use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
 
+use crate::database;
 use crate::support::{App, ac_table, pointers, problem, spawn};
 
 const TOOL: &str = "/v1/machines/example-ac-table/tools/T12";
@@ -529,18 +529,15 @@ async fn the_database_keeps_entries_as_they_are() {
     let app = spawn().await;
     let entry = post(&app, &radius(0)).await;
     withdraw(&app, entry["id"].as_str().unwrap(), &json!({"reason": "x"})).await;
-    let options = SqliteConnectOptions::new().filename(app.data.join("trunnion.sqlite"));
-    let pool = SqlitePoolOptions::new().connect_with(options).await.unwrap();
     for statement in [
         "UPDATE wear_entries SET wear_um = 0",
         "DELETE FROM wear_entries",
         "UPDATE wear_withdrawals SET reason = 'y'",
         "DELETE FROM wear_withdrawals",
     ] {
-        let refused = sqlx::query(statement).execute(&pool).await.unwrap_err().to_string();
+        let refused = database::change(&app.data, statement).await.unwrap_err();
         assert!(refused.contains("never"), "{statement}: {refused}");
     }
-    pool.close().await;
 }
 
 #[tokio::test]
