@@ -21,8 +21,8 @@ use super::presence::Presence;
 use super::sql::{On, Tx};
 use crate::meter;
 
-/// Longest time for a connection, from the pool or from the server.
-const CONNECTED_WITHIN: Duration = Duration::from_secs(5);
+/// Longest time for a connection, from the pool or from the server, as for a file.
+const CONNECTED_WITHIN: Duration = Duration::from_secs(10);
 /// Longest time in which a connection that was idle shows that it still works.
 const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
 /// Longest time of one statement that reads, and of one transaction that writes. The server's own limits are shorter,

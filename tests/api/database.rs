@@ -22,7 +22,7 @@ pub(crate) fn server() -> Option<String> {
 pub(crate) fn has_no_file(test: &str) -> bool {
     let left_out = server().is_some();
     if left_out {
-        println!("left out, because the database is no file: {test}");
+        eprintln!("left out, because the database is no file: {test}");
     }
     left_out
 }

@@ -171,10 +171,10 @@ async fn every_kind_of_edit_is_found_by_the_deep_doctor_and_by_a_backup() {
 
 #[tokio::test]
 async fn an_edited_machine_tool_or_calibration_is_neither_shown_nor_computed_with() {
+    const DMU: &str = "/v1/machines/dmu-80";
     if has_no_file("an_edited_machine_tool_or_calibration_is_neither_shown_nor_computed_with") {
         return;
     }
-    const DMU: &str = "/v1/machines/dmu-80";
     let folder = TempDir::new().unwrap();
     let data = folder.path();
     let app = spawn_in(data, |_| {}).await;

@@ -383,7 +383,8 @@ async fn the_end_of_what_kills_the_process_is_told_too() {
 
 async fn write(data: &Path, statement: &'static str, url: &str, place: &str) {
     let id = place.rsplit('/').next().unwrap();
-    let statement = statement.replacen('?', &format!("'{url}'"), 1).replacen('?', &format!("'{id}'"), 1);
+    let [before, between, after] = statement.split('?').collect::<Vec<_>>().try_into().unwrap();
+    let statement = format!("{before}'{url}'{between}'{id}'{after}");
     assert_eq!(database::change(data, &statement).await, Ok(1));
 }
 

@@ -80,18 +80,23 @@ def a_second_one_is_refused(binary):
 def one_round(binary, folder, ledger, chance, seen):
     service = kill.started(binary, folder)
     stop = threading.Event()
-    clients = [threading.Thread(target=client, args=(ledger, stop, random.Random(chance.random()))) for client in CLIENTS]
+    chances = [random.Random(chance.random()) for _ in CLIENTS]
+    clients = [
+        threading.Thread(target=client, args=(ledger, stop, own), daemon=True) for client, own in zip(CLIENTS, chances)
+    ]
     for client in clients:
         client.start()
-    time.sleep(chance.uniform(0.2, 1.0))
-    took_s, reasons = until_ready(restart())
-    seen["ready_s"].append(took_s)
-    seen["reasons"] |= reasons
-    time.sleep(chance.uniform(0.2, 1.0))
-    assert service.poll() is None, f"the service ended: {service.returncode}"
-    service.send_signal(signal.SIGKILL)
-    service.wait()
-    stop.set()
+    try:
+        time.sleep(chance.uniform(0.2, 1.0))
+        took_s, reasons = until_ready(restart())
+        seen["ready_s"].append(took_s)
+        seen["reasons"] |= reasons
+        time.sleep(chance.uniform(0.2, 1.0))
+        assert service.poll() is None, f"the service ended: {service.returncode}"
+    finally:
+        service.send_signal(signal.SIGKILL)
+        service.wait()
+        stop.set()
     for client in clients:
         client.join()
 
