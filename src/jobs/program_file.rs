@@ -6,7 +6,8 @@ use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::process::ProgramSource;
+use super::program_files::{StoredProgramFile, StoredProgramFiles};
+use crate::process::{OpenSubprogram, ProgramSource};
 use crate::program::Steps;
 use crate::store::{
     BlobFault, Blobs, Damage, DamagedFile, Draft, FileState, Sha256Hex, SoundFile, StoredThing,
@@ -24,6 +25,8 @@ pub struct InputFile {
     pub sha256: Sha256Hex,
     /// Steps of earlier jobs that wrote this file as their output.
     pub steps_done: Steps,
+    /// Its files, if it is a program of several files.
+    parts: Option<Arc<StoredProgramFiles>>,
     /// Number of bytes read so far, over all passes.
     read: Arc<AtomicU64>,
 }
@@ -35,12 +38,19 @@ impl InputFile {
     /// It is missing, has other bytes, or cannot be read.
     pub fn kept(blobs: &Blobs, sha256: &str) -> Result<Self, BlobFault> {
         let SoundFile { file, state, length } = blobs.read_sound(sha256)?;
+        let parts = StoredProgramFiles::of(&file, length).map_err(|source| BlobFault::File {
+            doing: "reading the list of files of",
+            path: sha256.into(),
+            source,
+        })?;
+        let parts = parts.map(Arc::new);
         Ok(Self {
             file: Arc::new(file),
             state,
             length,
             sha256: sha256.to_owned(),
             steps_done: Steps::NONE,
+            parts,
             read: Arc::default(),
         })
     }
@@ -53,12 +63,14 @@ impl InputFile {
         let file = draft.file()?;
         let state = FileState::of(&file)?;
         let (length, sha256) = (draft.length(), draft.sha256());
+        let parts = StoredProgramFiles::of(&file, length)?.map(Arc::new);
         Ok(Self {
             file: Arc::new(file),
             state,
             length,
             sha256,
             steps_done: Steps::NONE,
+            parts,
             read: Arc::default(),
         })
     }
@@ -66,6 +78,20 @@ impl InputFile {
     /// The same file, known as the output of earlier jobs with these steps.
     pub(super) fn with_steps_done(self, steps_done: Steps) -> Self {
         Self { steps_done, ..self }
+    }
+
+    /// The name of one of its files, counted from 1; the main program has none.
+    pub(super) fn name_of(&self, file: u16) -> Option<&str> {
+        self.part(usize::from(file)).map(|part| part.name.as_str())
+    }
+
+    fn part(&self, index: usize) -> Option<&StoredProgramFile> {
+        self.parts.as_ref()?.files.get(index)
+    }
+
+    fn read_part(&self, part: Option<&StoredProgramFile>) -> Box<dyn Read + Send + '_> {
+        let (at, end) = part.map_or((0, u64::MAX), |part| (part.start, part.end));
+        Box::new(Counted { file: &self.file, at, end, read: &self.read })
     }
 
     /// The counter of bytes read so far, over all passes.
@@ -92,7 +118,12 @@ impl InputFile {
 
 impl ProgramSource for InputFile {
     fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
-        Ok(Box::new(Counted { file: &self.file, at: 0, read: &self.read }))
+        Ok(self.read_part(self.part(0)))
+    }
+
+    fn open_subprogram(&self, index: usize) -> io::Result<Option<OpenSubprogram<'_>>> {
+        let part = self.part(index + 1);
+        Ok(part.map(|part| OpenSubprogram { name: part.name.clone(), text: self.read_part(Some(part)) }))
     }
 }
 
@@ -100,12 +131,16 @@ impl ProgramSource for InputFile {
 struct Counted<'a> {
     file: &'a File,
     at: u64,
+    /// One after the last byte.
+    end: u64,
     read: &'a AtomicU64,
 }
 
 impl Read for Counted<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read_at(buffer, self.at)?;
+        let left = usize::try_from(self.end.saturating_sub(self.at)).unwrap_or(usize::MAX);
+        let room = buffer.len().min(left);
+        let read = self.file.read_at(buffer.get_mut(..room).unwrap_or_default(), self.at)?;
         self.at += read as u64;
         // Nothing else is ordered by this number.
         self.read.fetch_add(read as u64, Ordering::Relaxed);

@@ -50,7 +50,7 @@ fn places(dialect: Dialect, text: &str) -> Vec<Place> {
     let found = understood(dialect, text).unwrap_or_else(|fault| panic!("{text}\n{fault}"));
     let places = found.into_iter().map(|told| match told {
         Interpreted::Motion(motion) => (motion.joints, motion.feed_mm_per_min),
-        Interpreted::LeftAlone { line, reason } => panic!("{text}\nline {line}: {reason}"),
+        Interpreted::LeftAlone { line, reason, .. } => panic!("{text}\nline {line}: {reason}"),
     });
     places.collect()
 }

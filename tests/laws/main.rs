@@ -6,6 +6,7 @@ mod models;
 mod assume_nothing;
 mod assumed_contact;
 mod calibration;
+mod called_files;
 mod compensation;
 mod constants;
 mod conversational;

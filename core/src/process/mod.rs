@@ -47,7 +47,9 @@ pub use singular::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
     SingularityParameters, SingularityReport, treat_singular_regions,
 };
-pub use text::{MemoryStepStore, OffsetUse, Place, ProgramReading, ProgramSource, StepStore, ToolUse};
+pub use text::{
+    MemoryStepStore, OffsetUse, OpenSubprogram, Place, ProgramReading, ProgramSource, StepStore, ToolUse,
+};
 pub use virtual_cutting::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
     VerificationParameters, verify_part,

@@ -1,5 +1,7 @@
 //! Blocks and words, as offsets into the text in which they were written.
 
+use std::num::NonZeroU16;
+
 use super::dialect::Dialect;
 use super::{Address, Code, Diagnostic, Keyword};
 
@@ -273,6 +275,15 @@ impl LineEnding {
     }
 }
 
+/// A line of a file that the program calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlaceInFile {
+    /// The file, counted from 1 in the order of the program's files.
+    pub file: NonZeroU16,
+    /// Its line, counted from 1.
+    pub line: u32,
+}
+
 /// A few hundred consecutive blocks with their text. Blocks cover the text without gap or overlap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batch {
@@ -287,6 +298,8 @@ pub struct Batch {
     pub(super) habits: Habits,
     /// Its expressions have the values that they have at this place of the program's course.
     pub(super) is_evaluated: bool,
+    /// Where its blocks are, if they are in a file that the program calls. Their lines are then those of the call.
+    pub(super) called: Vec<PlaceInFile>,
 }
 
 impl Default for Batch {
@@ -302,6 +315,7 @@ impl Default for Batch {
             dialect: Dialect::Iso,
             habits: Habits::default(),
             is_evaluated: false,
+            called: Vec::new(),
         }
     }
 }
@@ -341,6 +355,24 @@ impl Batch {
                 self.words.get(first.words_start as usize..end as usize).unwrap_or_default()
             }
         })
+    }
+
+    /// Where a block is, if it is in a file that the program calls.
+    #[must_use]
+    #[inline]
+    pub fn place_in_file(&self, block: usize) -> Option<PlaceInFile> {
+        self.called.get(block).copied()
+    }
+
+    /// Makes its blocks those of a called file: they get the line of the call.
+    pub(super) fn call_from(&mut self, line: u64, file: NonZeroU16) {
+        self.called.clear();
+        for block in &mut self.blocks {
+            let line_in_file = u32::try_from(block.line).unwrap_or(u32::MAX);
+            self.called.push(PlaceInFile { file, line: line_in_file });
+            block.line = line;
+        }
+        self.faults.iter_mut().for_each(|fault| fault.line = line);
     }
 
     /// The bytes of one of its blocks, line ending included.
@@ -437,6 +469,7 @@ impl Batch {
         self.words.clear();
         self.faults.clear();
         self.is_evaluated = false;
+        self.called.clear();
     }
 
     /// Removes the blocks from this index on.

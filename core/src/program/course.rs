@@ -68,15 +68,42 @@ pub(super) enum Structure {
     Sub,
 }
 
+/// What a call names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Callee {
+    /// A place in the same file.
+    Place,
+    /// A program in the same file, or a file.
+    Program,
+    /// A file.
+    File,
+}
+
+/// What the end of a program does in a file that is called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum EndInCall {
+    /// It ends the caller too.
+    EndsAll,
+    /// It returns to the caller.
+    Returns,
+    /// It is not followed.
+    NotFollowed,
+}
+
 /// What a statement does to the course.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
     /// It is an ordinary block.
     Plain,
     /// It is an ordinary block that may end the program.
-    End,
+    End(EndInCall),
     /// It is an ordinary block at which a call may enter.
     Entry,
+    /// It is the head of a program. In a file that is called it does nothing, if its name is that of the main
+    /// program's head or it has none.
+    Head,
+    /// It is an ordinary block. A file that is called and has it is not followed.
+    NotInCall,
     /// Nothing: the name of a place.
     Label,
     /// Opens a structure. `WHILE` has its condition, `REPEAT` its number of times.
@@ -99,8 +126,8 @@ pub(super) enum Step {
     ReturnIfCalled,
     /// Calls the subprogram of its name with these arguments and with parameters of its own.
     CallOwn(Vec<Piece>),
-    /// Calls the place of its name a number of times. The parameters are the caller's.
-    Call(u32),
+    /// Calls its name a number of times. The parameters are the caller's.
+    Call(Callee, u32),
     /// Goes back to the place of its name a number of times.
     GoBack(u32),
     /// Jumps to the place of its name. If there is no such place, the program goes on if it `may_lack`.

@@ -206,6 +206,12 @@ pub enum DiagnosticCode {
         /// The most calls inside each other.
         max: usize,
     },
+    /// A called file ends, and nothing leads back to its caller.
+    #[error("`{text}`: the called file ends here without a return; end the subprogram with M99 or ENDSUB")]
+    NoReturn {
+        /// Its last block.
+        text: Excerpt,
+    },
     /// Template text, which an editor would have to expand first.
     #[error("`{text}` is template text, not a program for a control; expand the template first")]
     TemplateText {
@@ -281,7 +287,10 @@ impl DiagnosticCode {
             Self::CellCount { .. } => "cell_count",
             Self::CellNumber { .. } => "cell_number",
             Self::NotADirection { .. } => "not_a_direction",
-            Self::ControlFlow { .. } | Self::RunsTooLong { .. } | Self::CallsTooDeep { .. } => "control_flow",
+            Self::ControlFlow { .. }
+            | Self::RunsTooLong { .. }
+            | Self::CallsTooDeep { .. }
+            | Self::NoReturn { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
             Self::UnitUnknown { .. } | Self::TwoUnits { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",

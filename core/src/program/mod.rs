@@ -24,7 +24,7 @@ mod stamp;
 mod writer;
 
 pub use address::Address;
-pub use batch::{Batch, Block, BlockFlags, BlockKind, Word, WordForm};
+pub use batch::{Batch, Block, BlockFlags, BlockKind, PlaceInFile, Word, WordForm};
 pub use code::Code;
 pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
@@ -32,7 +32,7 @@ pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt,
 pub use dialect::{Dialect, DialectRules, ForeignDialect, Grammar};
 pub use eight_digits::eight_digits;
 pub use fault::{ReadFault, WriteFault};
-pub use flow::ProgramRun;
+pub use flow::{ProgramRun, SubprogramFile};
 pub use keyword::Keyword;
 pub use number::{MAX_MAGNITUDE, POWERS_OF_TEN};
 pub use reader::{ReadLimits, Reader};

@@ -99,6 +99,8 @@ pub struct DialectRules {
     pub(in crate::program) arithmetic: Arithmetic,
     /// How its loops, jumps and calls are spelled; `None` if they are not followed.
     pub(in crate::program) flow: Option<ReadFlow>,
+    /// At its end a called file returns to its caller. In other dialects a statement has to return.
+    pub(in crate::program) file_end_returns: bool,
     pub(in crate::program) stamp: Option<StampForm>,
     pub(in crate::program) writing: Writing,
 }

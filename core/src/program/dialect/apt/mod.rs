@@ -28,6 +28,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: true,
     arithmetic: Arithmetic::None,
     flow: None,
+    file_end_returns: false,
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"PARTNO"]),
         comment: ["$$ ", ""],

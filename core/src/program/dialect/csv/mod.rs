@@ -23,6 +23,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
     flow: None,
+    file_end_returns: false,
     stamp: None,
     writing: Writing {
         change: write::print_row,

@@ -14,6 +14,8 @@ use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word
 const OF_THE_CONTROL: std::ops::Range<u32> = 100..200;
 /// The most parameters that a control has.
 const MAX_NUMBER: u32 = 10_000;
+/// QL parameters, which belong to one program, as they are kept.
+const OF_ONE_PROGRAM: std::ops::Range<u32> = MAX_NUMBER..2 * MAX_NUMBER;
 /// The deepest formula that is computed.
 const MAX_DEPTH: u32 = 32;
 /// Decimals of a word whose value comes from a parameter.
@@ -23,6 +25,8 @@ const DECIMALS: u8 = 4;
 #[derive(Debug, Clone, Default)]
 pub(in crate::program) struct Parameters {
     values: BTreeMap<u32, f64>,
+    /// The QL parameters of the programs that called the present one.
+    callers: Vec<BTreeMap<u32, f64>>,
 }
 
 impl Parameters {
@@ -46,6 +50,25 @@ impl Parameters {
                 _ => {}
             }
         }
+    }
+
+    /// Another program is called. It has QL parameters of its own, whose values are not known.
+    pub(in crate::program) fn enter_file(&mut self) {
+        let (own, common) = self.parted();
+        self.values = common;
+        self.callers.push(own);
+    }
+
+    /// It ends.
+    pub(in crate::program) fn leave_file(&mut self) {
+        let (_, common) = self.parted();
+        self.values = common;
+        self.values.extend(self.callers.pop().unwrap_or_default());
+    }
+
+    /// The QL parameters, and all others.
+    fn parted(&mut self) -> (BTreeMap<u32, f64>, BTreeMap<u32, f64>) {
+        std::mem::take(&mut self.values).into_iter().partition(|(name, _)| OF_ONE_PROGRAM.contains(name))
     }
 
     /// Words whose parameter is known take its value.

@@ -29,6 +29,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Heidenhain,
     flow: Some(flow::read),
+    file_end_returns: false,
     stamp: Some(StampForm {
         after: StampAfter::LineWith(b"BEGIN PGM"),
         comment: ["; ", ""],

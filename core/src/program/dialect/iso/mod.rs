@@ -26,6 +26,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Rs274,
     flow: Some(flow::read),
+    file_end_returns: false,
     stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: true }),
     writing: Writing::LETTERS,
 };

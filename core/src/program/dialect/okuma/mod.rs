@@ -25,6 +25,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
     flow: None,
+    file_end_returns: false,
     stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: false }),
     writing: Writing::LETTERS,
 };

@@ -30,6 +30,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Siemens,
     flow: Some(flow::read),
+    file_end_returns: true,
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"%", b";$"]),
         comment: ["; ", ""],

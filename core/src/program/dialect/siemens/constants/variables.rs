@@ -119,6 +119,8 @@ pub(in crate::program) struct Variables {
     live: BTreeSet<Vec<u8>>,
     /// Names that the present block has assigned.
     fresh: BTreeSet<Vec<u8>>,
+    /// The variables of the programs that called the present one.
+    callers: Vec<BTreeMap<Vec<u8>, Variable>>,
 }
 
 /// The form in which a name is kept: upper case, and R parameters without the mark of system variables.
@@ -177,6 +179,33 @@ impl Variables {
         if batch.words(block).iter().any(calls) {
             self.forget();
         }
+    }
+
+    /// Another program is called. It has variables of its own. R parameters belong to all programs.
+    pub(in crate::program) fn enter_file(&mut self) {
+        let (common, own) = self.parted();
+        self.known = common;
+        self.callers.push(own);
+    }
+
+    /// It ends.
+    pub(in crate::program) fn leave_file(&mut self) {
+        let (common, own) = self.parted();
+        self.known = common;
+        for (name, variable) in own {
+            self.elements = self.elements.saturating_sub(variable.elements.len());
+            self.live.remove(&name);
+        }
+        let of_caller = self.callers.pop().unwrap_or_default();
+        self.live.extend(of_caller.keys().cloned());
+        self.known.extend(of_caller);
+    }
+
+    /// R parameters, and the variables of the present program.
+    fn parted(&mut self) -> (BTreeMap<Vec<u8>, Variable>, BTreeMap<Vec<u8>, Variable>) {
+        let is_common =
+            |name: &[u8]| matches!(name, [b'R', digits @ ..] if digits.iter().all(u8::is_ascii_digit));
+        std::mem::take(&mut self.known).into_iter().partition(|(name, _)| is_common(name))
     }
 
     /// After a call any variable may have any value. The declarations stay.
