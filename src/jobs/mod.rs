@@ -66,7 +66,7 @@ pub use one_pass::one_pass_figure;
 pub use open_fault::{OpenFault, TrustFault};
 pub use opening::{open_data_directory, profile_sha256};
 pub use program_file::InputFile;
-pub use program_files::{NamedFile, ProgramFilesFault, joined};
+pub use program_files::{ArrivingFiles, ProgramFilesFault, SentFile, joined};
 pub use program_job::{ProgramJob, run_program_job};
 pub use progress::Progress;
 pub use queue::{Besides, Describe, DrawnUp, JobOrder, Queue, QueueLimits, QueueReading};

@@ -85,8 +85,23 @@ impl InputFile {
         self.part(usize::from(file)).map(|part| part.name.as_str())
     }
 
+    /// Whether its files came as an archive.
+    pub(super) fn is_archive(&self) -> bool {
+        self.parts.as_ref().is_some_and(|parts| parts.is_archive)
+    }
+
+    /// Its files, if it is a program of several files.
+    pub(super) fn files(&self) -> &[StoredProgramFile] {
+        self.parts.as_ref().map_or(&[], |parts| &parts.files)
+    }
+
+    /// The text of one of these files.
+    pub(super) fn text_of(&self, part: &StoredProgramFile) -> Box<dyn Read + Send + '_> {
+        self.read_part(Some(part))
+    }
+
     fn part(&self, index: usize) -> Option<&StoredProgramFile> {
-        self.parts.as_ref()?.files.get(index)
+        self.files().get(index)
     }
 
     fn read_part(&self, part: Option<&StoredProgramFile>) -> Box<dyn Read + Send + '_> {

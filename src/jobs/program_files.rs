@@ -6,10 +6,18 @@ use std::fs::File;
 use std::io::{self, Read, Write};
 use std::os::unix::fs::FileExt;
 
-use thiserror::Error;
+use std::sync::Arc;
 
-use super::Spool;
-use crate::store::{BlobFault, Draft, Sha256Hex};
+use bytes::Bytes;
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+use zip::result::ZipError;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use super::InputFile;
+use super::spool::{Spool, SpoolFault, Upload};
+use crate::store::{BlobFault, Draft, Sha256Hex, hex};
 
 /// The first line. No control reads it as a program.
 const MARK: &str = "%TRUNNION PROGRAM FILES 1";
@@ -52,13 +60,91 @@ pub enum ProgramFilesFault {
     Write(#[from] io::Error),
 }
 
-/// A file of a program that is being sent.
+/// A file of a program that was sent: bytes of a file on the disk.
 #[derive(Debug)]
-pub struct NamedFile {
+pub struct SentFile {
     /// Its name, which calls use.
-    pub name: String,
-    /// Its bytes.
-    pub draft: Draft,
+    name: String,
+    sha256: Sha256Hex,
+    file: Arc<File>,
+    start: u64,
+    end: u64,
+}
+
+impl SentFile {
+    /// A draft as a file of a program. It is removed from its folder, and its bytes stay.
+    ///
+    /// # Errors
+    /// Too many files are open.
+    pub fn of(name: String, draft: &Draft) -> io::Result<Self> {
+        let (sha256, end) = (draft.sha256(), draft.length());
+        Ok(Self { name, sha256, file: Arc::new(draft.file()?), start: 0, end })
+    }
+}
+
+/// Files that arrive one after the other. They wait in one file on the disk, so that a sender opens no more.
+#[derive(Debug)]
+pub struct ArrivingFiles {
+    upload: Upload,
+    bytes: u64,
+    hasher: Sha256,
+    ended: Vec<(String, Sha256Hex, u64)>,
+}
+
+impl ArrivingFiles {
+    /// No file so far; together at most `limit` bytes.
+    ///
+    /// # Errors
+    /// The file on the disk cannot be made.
+    pub fn begin(spool: &Spool, limit: u64) -> Result<Self, SpoolFault> {
+        let upload = spool.begin_within(limit)?;
+        Ok(Self { upload, bytes: 0, hasher: Sha256::new(), ended: Vec::new() })
+    }
+
+    /// The next bytes of the present file.
+    ///
+    /// # Errors
+    /// The files are too long, or cannot be written.
+    pub async fn take(&mut self, bytes: &Bytes) -> Result<(), SpoolFault> {
+        self.hasher.update(bytes);
+        self.bytes += bytes.len() as u64;
+        self.upload.take(bytes).await
+    }
+
+    /// Bytes of the present file so far.
+    #[must_use]
+    pub fn length(&self) -> u64 {
+        self.bytes - self.ended.last().map_or(0, |(.., end)| *end)
+    }
+
+    /// The present file is complete.
+    ///
+    /// # Errors
+    /// There are too many files.
+    pub fn end(&mut self, name: String) -> Result<(), ProgramFilesFault> {
+        let sha256 = hex(&std::mem::take(&mut self.hasher).finalize());
+        self.ended.push((name, sha256, self.bytes));
+        match self.ended.len() + 1 {
+            found if found > MOST_FILES => Err(ProgramFilesFault::TooMany { found }),
+            _ => Ok(()),
+        }
+    }
+
+    /// All files.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub async fn finish(self) -> Result<Vec<SentFile>, SpoolFault> {
+        let Self { upload, ended, .. } = self;
+        let draft = upload.finish().await?;
+        let file = Arc::new(draft.file().map_err(SpoolFault::Write)?);
+        let mut start = 0;
+        let files = ended.into_iter().map(|(name, sha256, end)| {
+            let file = Arc::clone(&file);
+            SentFile { name, sha256, file, start: std::mem::replace(&mut start, end), end }
+        });
+        Ok(files.collect())
+    }
 }
 
 /// The files of a program as one file. `is_archive` says that they came as an archive. Blocks.
@@ -67,8 +153,8 @@ pub struct NamedFile {
 /// There are too many, a name is wrong or is there twice, or the file cannot be written.
 pub fn joined(
     spool: &Spool,
-    main: NamedFile,
-    mut others: Vec<NamedFile>,
+    main: SentFile,
+    mut others: Vec<SentFile>,
     is_archive: bool,
 ) -> Result<Draft, ProgramFilesFault> {
     let found = 1 + others.len();
@@ -76,24 +162,24 @@ pub fn joined(
         return Err(ProgramFilesFault::TooMany { found });
     }
     others.sort_by(|one, other| one.name.cmp(&other.name));
-    let files: Vec<NamedFile> = std::iter::once(main).chain(others).collect();
+    let files: Vec<SentFile> = std::iter::once(main).chain(others).collect();
     let mut names = BTreeSet::new();
     let mut list = format!("{}\n", if is_archive { MARK_OF_ARCHIVE } else { MARK });
-    for NamedFile { name, draft } in &files {
+    for SentFile { name, sha256, start, end, .. } in &files {
         if name.is_empty() || name.chars().count() > LONGEST_NAME || name.contains(char::is_control) {
             return Err(ProgramFilesFault::Name);
         }
         if !names.insert(name.to_uppercase()) {
             return Err(ProgramFilesFault::Twice { name: name.clone() });
         }
-        list.push_str(&format!("{} {} {name}\n", draft.sha256(), draft.length()));
+        let length = end - start;
+        list.push_str(&format!("{sha256} {length} {name}\n"));
     }
     list.push('\n');
     let mut out = spool.result()?;
     out.write_all(list.as_bytes())?;
-    for NamedFile { draft, .. } in &files {
-        let file = draft.file()?;
-        out = out.with_all_of(&mut Part { file: &file, at: 0, end: draft.length() })?;
+    for SentFile { file, start, end, .. } in &files {
+        out = out.with_all_of(&mut Part { file, at: *start, end: *end })?;
     }
     Ok(out)
 }
@@ -159,6 +245,37 @@ impl StoredProgramFiles {
     }
 }
 
+/// The files of a program as a zip archive, with `main` in the place of the main program. Equal files make equal
+/// bytes. Blocks.
+///
+/// # Errors
+/// A file cannot be read, or the archive cannot be written.
+pub(super) fn archive_with(
+    spool: &Spool,
+    source: &InputFile,
+    main: &Draft,
+) -> Result<Draft, ProgramFilesFault> {
+    let mut archive = ZipWriter::new_stream(spool.result()?);
+    let options = || SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+    let broken = |fault: ZipError| io::Error::other(fault);
+    let (main, length) = (main.file()?, main.length());
+    let mut files = Vec::new();
+    for (index, part) in source.files().iter().enumerate() {
+        let text: Box<dyn Read + '_> = match index {
+            0 => Box::new(Part { file: &main, at: 0, end: length }),
+            _ => source.text_of(part),
+        };
+        files.push((part.name.as_str(), text));
+    }
+    files.sort_by_key(|(name, _)| *name);
+    for (name, mut text) in files {
+        // No time, so that equal files make equal bytes.
+        archive.start_file(name, options().last_modified_time(DateTime::DEFAULT)).map_err(broken)?;
+        io::copy(&mut text, &mut archive)?;
+    }
+    Ok(archive.finish().map_err(broken)?.into_inner())
+}
+
 /// Bytes of a file, read from an own position.
 struct Part<'a> {
     file: &'a File,
@@ -181,10 +298,10 @@ mod tests {
     use super::*;
     use crate::store::Blobs;
 
-    fn named(spool: &Spool, name: &str, text: &str) -> NamedFile {
+    fn named(spool: &Spool, name: &str, text: &str) -> SentFile {
         let mut draft = spool.result().unwrap();
         draft.write_all(text.as_bytes()).unwrap();
-        NamedFile { name: name.to_owned(), draft }
+        SentFile::of(name.to_owned(), &draft).unwrap()
     }
 
     #[test]

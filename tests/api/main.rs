@@ -59,6 +59,7 @@ mod rot;
 mod security;
 mod service;
 mod servo;
+mod several_files;
 mod shares;
 mod stamps;
 mod support;
