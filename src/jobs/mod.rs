@@ -13,6 +13,7 @@ mod compute;
 mod compute_threads;
 mod cpu_time;
 mod estimate;
+mod flattening;
 mod interpretation;
 mod job_fault;
 mod job_path;

@@ -109,6 +109,16 @@ impl InputFile {
         Box::new(Counted { file: &self.file, at, end, read: &self.read })
     }
 
+    /// The same program with its loops and calls written out in this draft: one file, known by the digest of the upload.
+    pub(super) fn written_out(&self, draft: &Draft) -> io::Result<Self> {
+        let parts = self.parts.as_ref().and_then(|parts| {
+            let main = StoredProgramFile { start: 0, end: draft.length(), ..parts.files.first()?.clone() };
+            Some(Arc::new(StoredProgramFiles { files: vec![main], is_archive: parts.is_archive }))
+        });
+        let (sha256, steps_done, read) = (self.sha256.clone(), self.steps_done, Arc::clone(&self.read));
+        Ok(Self { sha256, steps_done, parts, read, ..Self::of(draft)? })
+    }
+
     /// The counter of bytes read so far, over all passes.
     pub(super) fn counted(&self) -> Arc<AtomicU64> {
         Arc::clone(&self.read)

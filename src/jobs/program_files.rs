@@ -317,7 +317,7 @@ mod tests {
         let found = StoredProgramFiles::of(&first.file().unwrap(), first.length()).unwrap().unwrap();
         assert!(found.is_archive);
         let file = first.file().unwrap();
-        let texts: Vec<_> = found.files.iter().map(|entry| {
+        let texts = found.files.iter().map(|entry| {
             let mut text = String::new();
             Part { file: &file, at: entry.start, end: entry.end }.read_to_string(&mut text).unwrap();
             (entry.name.clone(), text)

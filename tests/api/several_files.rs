@@ -274,3 +274,54 @@ async fn files_count_to_the_limit_of_bodies() {
     let answer = post(&app, "interpretation", form(&placed(), MAIN, &files[..1]), "*/*").await;
     assert_eq!(answer.status(), StatusCode::OK);
 }
+
+/// A loop over a program with a turn of the tool, which deviates each time.
+const LOOP: &str = "G21 G90 G94 G17 G54\nT1 M6\nG0 X0.000 Y0.000 Z5.000 A0.000 C0.000\n#1=0\no1 while [#1 LT 2]\n#1=[#1+1]\nM98 P2\no1 endwhile\nM30\n";
+const TURN: &str = "O2\nG1 X[#1*5] A[#1*5.000] C[#1*40] F1000\nM99\n";
+
+#[tokio::test]
+async fn loops_and_calls_are_written_out_and_compensated_if_the_caller_asks_for_it() {
+    let app = spawn_real(Arc::new(CutterContactCompensator::default())).await;
+    let parameters = json!({
+        "tool_radius_mm": 5, "contact": "tip", "work_offset_mm": [12, -7, 35], "flatten": true, "stamp": "none",
+    });
+    let files = [("2.nc", TURN)];
+    let answer = post(&app, "cc-compensation", form(&parameters, LOOP, &files), "*/*").await;
+    assert_eq!(answer.status(), StatusCode::OK);
+    let location = answer.headers()["location"].to_str().unwrap().to_owned();
+    let text = answer.text().await.unwrap();
+    assert!(!text.contains("M98") && !text.contains("while") && !text.contains("#1=["), "{text}");
+    // As the program that makes the same motions without a loop.
+    let plain = "G21 G90 G94 G17 G54\nT1 M6\nG0 X0.000 Y0.000 Z5.000 A0.000 C0.000\n#1=0\nG1 X5. A5. C40. F1000\nG1 X10. A10. C80. F1000\nM30\n";
+    let expected =
+        post(&app, "cc-compensation", form(&parameters, plain, &[]), "*/*").await.text().await.unwrap();
+    assert_eq!(text.replace("#1=0\n", ""), expected.replace("#1=0\n", ""));
+    let report: Value = app.get(&format!("{location}/report")).await.json().await.unwrap();
+    assert_eq!(report["motions_over_tolerance"], 2);
+    let warnings = report["warnings"].as_array().unwrap();
+    let told = warnings.iter().find(|warning| warning["kind"] == "written_out").unwrap();
+    assert_eq!((&told["count"], &told["line"]), (&json!(2), &json!(6)));
+    // The path has the lines and the errors of the written-out program.
+    let path = app.get(&format!("{location}/path")).await.text().await.unwrap();
+    let rows: Vec<Vec<&str>> = path.lines().skip(1).map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.iter().map(|row| row[0]).collect::<Vec<_>>(), ["3", "5", "6"]);
+    assert!(rows[1..].iter().all(|row| !row[row.len() - 2].is_empty()), "{path}");
+    // As an archive, and in one pass.
+    let all = [("main.nc", LOOP), files[0]];
+    let answer = post(&app, "cc-compensation", zipped(&parameters, &all, Some("main.nc")), "*/*").await;
+    assert_eq!(unzipped(answer.bytes().await.unwrap().to_vec()), [("main.nc".to_owned(), text)]);
+    let passed = json!({
+        "cc": {"tool_radius_mm": 5, "contact": "tip"}, "work_offset_mm": [12, -7, 35], "flatten": true,
+    });
+    let answer = post(&app, "compensation", form(&passed, LOOP, &files), "application/json").await;
+    let report: Value = answer.json().await.unwrap();
+    assert!(report["warnings"].to_string().contains("written_out"), "{report}");
+    // Without the file, or without asking for it, the program is refused.
+    let answer = post(&app, "cc-compensation", form(&parameters, LOOP, &[]), "*/*").await;
+    let refused = problem(answer, "program-fault").await;
+    assert!(refused.to_string().contains("the file of this call is missing"), "{refused}");
+    let mut unasked = parameters.clone();
+    unasked["flatten"] = json!(false);
+    let answer = post(&app, "cc-compensation", form(&unasked, LOOP, &files), "*/*").await;
+    assert_eq!(problem(answer, "program-fault").await["line"], 5);
+}

@@ -15,9 +15,9 @@ use trunnion::process::{Fault, Interpreted, OpenSubprogram, ProgramSetup, Progra
 use trunnion::program::Dialect;
 
 /// A main program, and the files that it may call with their names.
-struct Several<'a> {
-    main: &'a str,
-    files: &'a [(&'a str, &'a str)],
+pub(crate) struct Several<'a> {
+    pub(crate) main: &'a str,
+    pub(crate) files: &'a [(&'a str, &'a str)],
 }
 
 impl ProgramSource for Several<'_> {
@@ -50,7 +50,7 @@ fn understood(dialect: Dialect, source: &Several<'_>) -> Result<Vec<Interpreted>
 }
 
 /// X Y Z A C after every motion and its feed, none of which is left alone.
-fn places(dialect: Dialect, source: &Several<'_>) -> Vec<([Option<f64>; 5], Option<f64>)> {
+pub(crate) fn places(dialect: Dialect, source: &Several<'_>) -> Vec<([Option<f64>; 5], Option<f64>)> {
     let found = understood(dialect, source).unwrap_or_else(|fault| panic!("{}\n{fault}", source.main));
     let places = found.into_iter().map(|told| match told {
         Interpreted::Motion(motion) => (motion.joints, motion.feed_mm_per_min),
@@ -69,7 +69,7 @@ fn lines(dialect: Dialect, source: &Several<'_>) -> Vec<(u16, u64)> {
 }
 
 /// Where every program begins.
-fn start(dialect: Dialect) -> &'static str {
+pub(crate) fn start(dialect: Dialect) -> &'static str {
     match dialect {
         Dialect::Heidenhain => "0 BEGIN PGM P MM\n1 L X+0 Y+0 Z+5 A+0 C+0 R0 F100\n",
         _ => "G0 X0 Y0 Z5 A0 C0\nG1 F100\n",
@@ -77,9 +77,9 @@ fn start(dialect: Dialect) -> &'static str {
 }
 
 /// A dialect, a program behind its start, its files, and the same motions written out.
-type Alike = (Dialect, &'static str, &'static [(&'static str, &'static str)], &'static str);
+pub(crate) type Alike = (Dialect, &'static str, &'static [(&'static str, &'static str)], &'static str);
 
-const ALIKE: [Alike; 9] = [
+pub(crate) const ALIKE: [Alike; 9] = [
     // By number, with repetitions; the tape marks, the program's name and a text behind the tape are no part of it.
     (
         Dialect::Iso,

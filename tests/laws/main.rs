@@ -47,3 +47,4 @@ mod virtual_cutting;
 mod wear;
 mod wear_history;
 mod wear_program;
+mod written_out;

@@ -15,6 +15,7 @@ mod simulate;
 mod singular;
 mod text;
 mod virtual_cutting;
+mod written_out;
 
 pub use arc_path::UnknownArc;
 pub use contact_path::{CcParameters, CcReport, OutputForm, compensate, compensate_side_by_side};
@@ -54,3 +55,4 @@ pub use virtual_cutting::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
     VerificationParameters, verify_part,
 };
+pub use written_out::{WrittenOut, write_out};

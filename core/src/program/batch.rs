@@ -357,6 +357,12 @@ impl Batch {
         })
     }
 
+    /// Whether its blocks are those of a program's run, in which loops and calls are followed.
+    #[must_use]
+    pub fn is_of_run(&self) -> bool {
+        self.is_evaluated
+    }
+
     /// Where a block is, if it is in a file that the program calls.
     #[must_use]
     #[inline]

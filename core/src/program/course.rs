@@ -23,6 +23,12 @@ pub(super) fn block_number(number: f64) -> PlaceName {
     format!("N{number}").into_bytes().into()
 }
 
+/// The name of a file as a call writes it: without its path, in upper case.
+pub(super) fn called_name(written: &[u8]) -> PlaceName {
+    let name = written.rsplit(|byte| matches!(byte, b'/' | b'\\' | b':')).next().unwrap_or(written);
+    name.trim_ascii().to_ascii_uppercase().into()
+}
+
 /// Where a jump looks for its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Search {

@@ -206,6 +206,14 @@ pub enum DiagnosticCode {
         /// The most calls inside each other.
         max: usize,
     },
+    /// A block of a loop or a call that cannot be written out.
+    #[error("`{text}` cannot be written out: {reason}")]
+    NotWrittenOut {
+        /// The block.
+        text: Excerpt,
+        /// The reason, and what to do.
+        reason: &'static str,
+    },
     /// A called file ends, and nothing leads back to its caller.
     #[error("`{text}`: the called file ends here without a return; end the subprogram with M99 or ENDSUB")]
     NoReturn {
@@ -290,7 +298,8 @@ impl DiagnosticCode {
             Self::ControlFlow { .. }
             | Self::RunsTooLong { .. }
             | Self::CallsTooDeep { .. }
-            | Self::NoReturn { .. } => "control_flow",
+            | Self::NoReturn { .. }
+            | Self::NotWrittenOut { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
             Self::UnitUnknown { .. } | Self::TwoUnits { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",

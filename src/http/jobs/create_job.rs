@@ -16,7 +16,7 @@ use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::programs::several::calls_no_files;
+use crate::http::programs::several::{ProgramFile, calls_no_files};
 use crate::http::programs::upload::{Form, FormFields, Part, take_form};
 use crate::http::refusals::refusals;
 use crate::store::{Draft, JobRow};
@@ -39,6 +39,10 @@ struct JobForm {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// Files that the program calls, each under the name that the calls use.
+    subprogram: Option<Vec<ProgramFile>>,
+    /// Name of the main program, if `program` is a zip archive of several files.
+    main: Option<String>,
     /// The part's surface as STL, for operations that use it.
     #[schema(value_type = Option<String>, format = Binary)]
     surface: Option<Vec<u8>>,

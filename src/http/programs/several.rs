@@ -5,6 +5,7 @@ use std::io::{self, Read};
 
 use super::answer::{is_zip_name, stem};
 use super::upload::NAMELESS;
+use crate::description::ToSchema;
 use crate::http::AppState;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::{
@@ -26,6 +27,12 @@ const ARCHIVE: [u8; 4] = *b"PK\x03\x04";
 /// Most names in a message, and most characters of a name.
 const NAMED: usize = 5;
 const LONGEST_SHOWN: usize = 100;
+
+/// A file of a form.
+#[derive(Debug, ToSchema)]
+#[schema(value_type = String, format = Binary)]
+#[expect(dead_code, reason = "describes the multipart body")]
+pub(in crate::http) struct ProgramFile(Vec<u8>);
 
 /// What came beside the program.
 #[derive(Default)]

@@ -440,7 +440,7 @@ mod tests {
         // Nobody states G55.
         assert_eq!(of(1), (five, Some(WorkOffset::Code(crate::motion::OffsetCode::new(55, 0))), false));
         assert!(
-            matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call }),
+            matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call, .. }),
             "{:?}",
             all[3]
         );

@@ -113,12 +113,6 @@ fn names(file: &str) -> Vec<PlaceName> {
     names.into_iter().filter(|name| !name.is_empty()).map(|name| name.into_bytes().into()).collect()
 }
 
-/// The name of a file as a call writes it: without its path, in upper case.
-pub(in crate::program) fn called_name(written: &[u8]) -> PlaceName {
-    let name = written.rsplit(|byte| matches!(byte, b'/' | b'\\' | b':')).next().unwrap_or(written);
-    name.trim_ascii().to_ascii_uppercase().into()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,6 +137,5 @@ mod tests {
         for (file, name) in [("O1000.nc", "O100"), ("L01.SPF", "L1"), ("O.nc", "O0"), (".nc", "")] {
             assert!(!found(file, name), "{file} is {name}");
         }
-        assert_eq!(*called_name(b"TNC:\\a\\b.h "), *b"B.H");
     }
 }

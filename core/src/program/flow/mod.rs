@@ -9,5 +9,4 @@ mod places;
 mod run;
 
 pub use files::SubprogramFile;
-pub(super) use files::called_name;
 pub use run::ProgramRun;

@@ -1,9 +1,8 @@
 //! The course of conversational programs: labels, their calls and repetitions, jumps by FN 9 to FN 12.
 
 use crate::program::course::{
-    Callee, Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, When,
+    Callee, Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, When, called_name,
 };
-use crate::program::flow::called_name;
 use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word, WordForm};
 
 /// The most repetitions of a section.

@@ -3,9 +3,8 @@
 use super::constants::operand_name_end;
 use super::names;
 use crate::program::course::{
-    Callee, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When, block_number,
+    Callee, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When, block_number, called_name,
 };
-use crate::program::flow::called_name;
 use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Word};
 
 /// The most times that a call runs a subprogram.

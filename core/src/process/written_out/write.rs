@@ -1,0 +1,322 @@
+//! Writes the blocks of a program in the order in which they run.
+
+use std::io::{self, Write};
+
+use super::check::check;
+use super::variables::Variables;
+use crate::machine::Machine;
+use crate::motion::{Motion, Unfollowable};
+use crate::process::fault::Fault;
+use crate::process::set_up::{ProgramSetup, Stop};
+use crate::process::text::{Passages, ProgramSource};
+use crate::program::{
+    Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Dialect,
+    Excerpt, Keyword, Word, WordForm, print_decimal,
+};
+
+/// Decimals of a value that was computed. A millionth of a millimetre or of a degree is finer than any control counts.
+const DECIMALS: u8 = 6;
+
+/// A program that was written out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WrittenOut {
+    /// Assignments of parameters and variables that are left out: their values are in the words.
+    pub assignments: u64,
+    /// The line of the first of them in the program.
+    pub first_assignment: Option<u64>,
+}
+
+/// Writes the loops and calls of a program out: `out` gets one text whose blocks run one after the other. Up to the
+/// first loop or call the text stays as it is, byte for byte. After it, words have numbers in the place of expressions,
+/// and assignments are left out. `None` if the program has no loop and no call: nothing was written then.
+///
+/// `read` gives the text that was written. It is read back, and its motions are compared with those of the program.
+///
+/// # Errors
+/// The program cannot be read or followed. A call is not followed, because its file is missing. A value that the
+/// program uses or writes is not fixed by its text. The text cannot be written.
+pub fn write_out<W: Write, S: ProgramSource>(
+    machine: &Machine,
+    program: &ProgramSetup,
+    source: &dyn ProgramSource,
+    out: W,
+    read: impl FnOnce(W) -> io::Result<S>,
+    stop: &Stop<'_>,
+) -> Result<Option<(WrittenOut, S)>, Fault> {
+    let mut passages = Passages::open(source, machine, program)?.following_its_run(machine, program);
+    let mut writer = Writer {
+        out,
+        dialect: Dialect::Iso,
+        variables: Variables::default(),
+        tail: Tail::default(),
+        refusals: Diagnostics::new(),
+        done: WrittenOut { assignments: 0, first_assignment: None },
+    };
+    let mut runs = false;
+    while let Some((passage, _)) = passages.next()? {
+        if stop().is_break() {
+            return Err(Fault::Cancelled);
+        }
+        runs = runs || passage.batch.is_of_run();
+        writer.dialect = passages.dialect();
+        if !passages.is_refused() {
+            writer.batch(&passage.batch, &passage.motions)?;
+        }
+        passages.recycle(passage);
+    }
+    passages.refusals()?;
+    if !runs {
+        return Ok(None);
+    }
+    let Writer { mut out, tail, refusals, done, .. } = writer;
+    if refusals.refusals().next().is_some() {
+        return Err(Fault::Program(Box::new(refusals)));
+    }
+    out.write_all(&tail.missing())?;
+    let written = read(out)?;
+    check(machine, program, source, &written, stop)?;
+    Ok(Some((done, written)))
+}
+
+/// The reasons why a block cannot be written out, each with its cure.
+mod reasons {
+    pub(super) const CALL: &str =
+        "the file of this call is missing; send it with the program, or send the program without flatten";
+    pub(super) const VALUE: &str =
+        "it uses a value that the text does not fix; write a number, or send the program without flatten";
+    pub(super) const SYSTEM: &str =
+        "it changes offsets or other values of the control; send the program without flatten";
+    pub(super) const MIXED: &str =
+        "it assigns a value and moves in one block; write the assignment into a block of its own";
+}
+
+/// Whether a word is the whole assignment of a variable.
+fn is_assignment(word: &Word) -> bool {
+    matches!(word.keyword(), Some(Keyword::Assigned | Keyword::Declaration))
+}
+
+struct Writer<W> {
+    out: W,
+    dialect: Dialect,
+    variables: Variables,
+    tail: Tail,
+    refusals: Diagnostics,
+    done: WrittenOut,
+}
+
+impl<W: Write> Writer<W> {
+    fn batch(&mut self, batch: &Batch, motions: &[Motion]) -> Result<(), Fault> {
+        let mut motions = motions.iter().peekable();
+        for (index, block) in batch.blocks().iter().enumerate() {
+            let mut calls = false;
+            while let Some(motion) = motions.next_if(|motion| motion.block as usize <= index) {
+                calls |= matches!(
+                    motion.unfollowable,
+                    Some(Unfollowable::Call | Unfollowable::ModalCall | Unfollowable::Return)
+                );
+            }
+            if !batch.is_of_run() {
+                self.note_variables(batch, block);
+                self.write(batch, block, batch.block_text(block))?;
+                continue;
+            }
+            match self.written(batch, block, calls) {
+                Ok(Some(text)) => self.write(batch, block, &text)?,
+                Ok(None) => {}
+                Err(reason) => self.refuse(batch, block, reason),
+            }
+        }
+        Ok(())
+    }
+
+    /// The text of a block of the run; `None` if it is left out.
+    fn written(
+        &mut self,
+        batch: &Batch,
+        block: &Block,
+        calls: bool,
+    ) -> Result<Option<Vec<u8>>, &'static str> {
+        let text = batch.block_text(block);
+        let assigns = block.flags.has(BlockFlags::ASSIGNS);
+        if calls || matches!(block.kind, BlockKind::Call | BlockKind::Flow) {
+            return Err(reasons::CALL);
+        }
+        if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
+            return Err(reasons::SYSTEM);
+        }
+        let words = batch.words(block);
+        let only_assigns = words.iter().all(|word| word.address == Address::N || is_assignment(word));
+        if assigns && (block.kind == BlockKind::Assignment || (!words.is_empty() && only_assigns)) {
+            self.note_variables(batch, block);
+            self.note_assignment(block);
+            return Ok(None);
+        }
+        if !matches!(block.kind, BlockKind::Words | BlockKind::Assignment) {
+            return Ok(Some(text.to_vec()));
+        }
+        if assigns && self.dialect == Dialect::Heidenhain {
+            // The parameters of a cycle.
+            let values = text.split(|byte| *byte == b'=').skip(1);
+            let is_fixed = values.into_iter().all(|value| !self.variables.are_named_in(self.dialect, value));
+            return if is_fixed { Ok(Some(text.to_vec())) } else { Err(reasons::VALUE) };
+        }
+        if assigns && !words.iter().any(is_assignment) {
+            return Err(reasons::MIXED);
+        }
+        if assigns {
+            self.note_variables(batch, block);
+            self.note_assignment(block);
+        }
+        if words.iter().any(|word| word.form == WordForm::Expression) {
+            return Err(reasons::VALUE);
+        }
+        let text = self.with_numbers(batch, block, words);
+        if self.variables.are_named_in(self.dialect, &text) {
+            return Err(reasons::VALUE);
+        }
+        Ok(Some(text))
+    }
+
+    /// Notes the variables that a block declares or sets.
+    fn note_variables(&mut self, batch: &Batch, block: &Block) {
+        for word in batch.words(block).iter().filter(|word| is_assignment(word)) {
+            self.variables.note(batch.word_text(word));
+        }
+    }
+
+    fn note_assignment(&mut self, block: &Block) {
+        self.done.assignments += 1;
+        self.done.first_assignment.get_or_insert(block.line);
+    }
+
+    /// The block with numbers in the place of expressions, and without assignments.
+    fn with_numbers(&self, batch: &Batch, block: &Block, words: &[Word]) -> Vec<u8> {
+        let mut text = Vec::new();
+        let mut at = block.start as usize;
+        let whole = batch.text();
+        let copy = |text: &mut Vec<u8>, from: usize, to: usize| {
+            text.extend_from_slice(whole.get(from..to).unwrap_or_default());
+        };
+        for word in words {
+            if is_assignment(word) {
+                copy(&mut text, at, word.start as usize);
+                at = word.end as usize;
+                continue;
+            }
+            let start = word.start as usize + usize::from(word.lead);
+            let end = word.end as usize;
+            let value = whole.get(start..end).unwrap_or_default();
+            let is_value =
+                matches!(word.form, WordForm::Evaluated | WordForm::Absolute | WordForm::Incremental);
+            let is_number = value.iter().all(|byte| !byte.is_ascii_alphabetic() && !b"#[(".contains(byte));
+            if !is_value || is_number {
+                continue;
+            }
+            // `AC(…)` and `IC(…)` keep their names.
+            let wraps = word.form != WordForm::Evaluated && value.contains(&b'(');
+            let open = memchr::memchr(b'(', value).filter(|_| wraps).map_or(start, |open| start + open + 1);
+            copy(&mut text, at, open);
+            text.extend(self.number(word));
+            if wraps {
+                text.push(b')');
+            }
+            at = end;
+        }
+        copy(&mut text, at, block.end as usize);
+        text
+    }
+
+    /// The value of a word as its dialect writes numbers.
+    fn number(&self, word: &Word) -> Vec<u8> {
+        let mut number = Vec::new();
+        if self.dialect == Dialect::Heidenhain && word.value >= 0.0 {
+            number.push(b'+');
+        }
+        print_decimal(word.value, DECIMALS, &mut number);
+        let zeros = number.iter().rev().take_while(|byte| **byte == b'0').count();
+        number.truncate(number.len() - zeros);
+        let counts = matches!(
+            word.address,
+            Address::G
+                | Address::M
+                | Address::T
+                | Address::H
+                | Address::D
+                | Address::N
+                | Address::P
+                | Address::L
+                | Address::S
+                | Address::O
+        );
+        // Some controls read a length without its point in least increments.
+        let keeps_point = self.dialect == Dialect::Iso && !counts;
+        if number.last() == Some(&b'.') && !keeps_point {
+            number.pop();
+        }
+        number
+    }
+
+    fn write(&mut self, batch: &Batch, block: &Block, text: &[u8]) -> Result<(), Fault> {
+        self.tail.see(batch, block);
+        self.out.write_all(text)?;
+        if !text.ends_with(b"\n") && !text.ends_with(b"\r") {
+            self.out.write_all(self.tail.line_ending())?;
+        }
+        Ok(())
+    }
+
+    fn refuse(&mut self, batch: &Batch, block: &Block, reason: &'static str) {
+        let text = Excerpt::new(batch.block_text(block).trim_ascii());
+        let offset = batch.offset();
+        self.refusals.push(Diagnostic {
+            code: DiagnosticCode::NotWrittenOut { text, reason },
+            line: block.line,
+            column: 1,
+            span: ByteSpan {
+                start: offset + u64::from(block.start),
+                end: offset + u64::from(block.body_end),
+            },
+        });
+    }
+}
+
+/// What the end of the text still needs: the run ends at M30, and lines for the control may come after it.
+#[derive(Debug, Default)]
+struct Tail {
+    tape_marks: u32,
+    /// `END PGM` with the name of the program, until it is written.
+    end: Option<Vec<u8>>,
+    has_cr: bool,
+}
+
+impl Tail {
+    fn see(&mut self, batch: &Batch, block: &Block) {
+        let text = batch.block_text(block);
+        self.has_cr |= text.ends_with(b"\r\n");
+        self.tape_marks += u32::from(block.kind == BlockKind::Percent);
+        for word in batch.words(block) {
+            match word.keyword() {
+                Some(Keyword::BeginMm | Keyword::BeginInch) if self.end.is_none() => {
+                    let named = memchr::memmem::find(text, b"PGM").and_then(|at| text.get(at..));
+                    let named = named.unwrap_or_default();
+                    let named = named.get(..memchr::memchr(b';', named).unwrap_or(named.len()));
+                    let named = named.unwrap_or_default().trim_ascii();
+                    self.end = Some([b"END ", named].concat());
+                }
+                Some(Keyword::EndPgm) => self.end = Some(Vec::new()),
+                _ => {}
+            }
+        }
+    }
+
+    fn line_ending(&self) -> &'static [u8] {
+        if self.has_cr { b"\r\n" } else { b"\n" }
+    }
+
+    /// The lines that are still missing.
+    fn missing(&self) -> Vec<u8> {
+        let end = self.end.as_deref().filter(|end| !end.is_empty());
+        let mark = (self.tape_marks == 1).then_some(&b"%"[..]);
+        end.into_iter().chain(mark).flat_map(|line| [line, self.line_ending()].concat()).collect()
+    }
+}
