@@ -173,7 +173,7 @@ pub fn joined(
             return Err(ProgramFilesFault::Twice { name: name.clone() });
         }
         let length = end - start;
-        list.push_str(&format!("{sha256} {length} {name}\n"));
+        list.extend([sha256.as_str(), " ", &length.to_string(), " ", name, "\n"]);
     }
     list.push('\n');
     let mut out = spool.result()?;

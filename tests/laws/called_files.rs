@@ -76,6 +76,9 @@ pub(crate) fn start(dialect: Dialect) -> &'static str {
     }
 }
 
+/// A dialect, a program, its files, and words of its refusal.
+type Refused<'a> = (Dialect, String, &'a [(&'a str, &'a str)], &'a str);
+
 /// A dialect, a program behind its start, its files, and the same motions written out.
 pub(crate) type Alike = (Dialect, &'static str, &'static [(&'static str, &'static str)], &'static str);
 
@@ -167,7 +170,7 @@ fn a_motion_tells_its_file_and_its_line_there() {
 fn a_file_that_cannot_be_followed_refuses_the_program_at_its_call() {
     let iso = start(Dialect::Iso);
     let mm = start(Dialect::Heidenhain);
-    let cases: [(Dialect, String, &[(&str, &str)], &str); 7] = [
+    let cases: [Refused<'_>; 7] = [
         (
             Dialect::Iso,
             format!("{iso}M98 P2\n"),

@@ -1,10 +1,6 @@
 //! Loops and calls that are written out: one text with the same motions, which every step follows.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test stops at the first surprise, helpers included"
-)]
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
 use std::ops::ControlFlow;
 

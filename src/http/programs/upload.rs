@@ -260,25 +260,11 @@ async fn fields<D>(
                 empty_parts += u32::from(surface.is_none());
             }
             SUBPROGRAM if names.several => {
-                let name = field.file_name().map(str::to_owned);
-                while let Some(chunk) = paused(app, field.chunk()).await? {
-                    beside.files(app)?.take(&chunk).await?;
-                }
-                empty_parts += u32::from(!beside.end(app, name.as_deref())?);
+                empty_parts += u32::from(!take_beside(app, &mut field, &mut beside).await?);
             }
             MAIN if names.several && beside.main.is_none() => {
-                let mut text = Vec::new();
-                while let Some(chunk) = paused(app, field.chunk()).await? {
-                    text.extend_from_slice(&chunk);
-                    if text.len() > LONGEST_MAIN_BYTES {
-                        let detail = format!("the name is longer than {LONGEST_MAIN_BYTES} bytes");
-                        let fault = Fault::new(format!("/{MAIN}"), detail);
-                        return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
-                    }
-                }
-                let name = String::from_utf8_lossy(&text).trim().to_owned();
-                empty_parts += u32::from(name.is_empty());
-                beside.main = Some(name).filter(|name| !name.is_empty());
+                beside.main = main_name(app, &mut field).await?;
+                empty_parts += u32::from(beside.main.is_none());
             }
             name => {
                 let name = name.to_owned();
@@ -331,6 +317,30 @@ pub(super) const NAMELESS: &str = "blob";
 /// make the form themselves an empty part with the name `blob`.
 fn is_filled(draft: &Draft, name: Option<&str>) -> bool {
     draft.length() > 0 || name.is_some_and(|name| name != NAMELESS)
+}
+
+/// Takes a file that the program calls. Returns whether there is one.
+async fn take_beside(app: &AppState, field: &mut Field<'_>, beside: &mut Beside) -> Result<bool, Problem> {
+    let name = field.file_name().map(str::to_owned);
+    while let Some(chunk) = paused(app, field.chunk()).await? {
+        beside.files(app)?.take(&chunk).await?;
+    }
+    beside.end(app, name.as_deref())
+}
+
+/// The name in a field, if there is one.
+async fn main_name(app: &AppState, field: &mut Field<'_>) -> Result<Option<String>, Problem> {
+    let mut text = Vec::new();
+    while let Some(chunk) = paused(app, field.chunk()).await? {
+        text.extend_from_slice(&chunk);
+        if text.len() > LONGEST_MAIN_BYTES {
+            let detail = format!("the name is longer than {LONGEST_MAIN_BYTES} bytes");
+            let fault = Fault::new(format!("/{MAIN}"), detail);
+            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+        }
+    }
+    let name = String::from_utf8_lossy(&text).trim().to_owned();
+    Ok(Some(name).filter(|name| !name.is_empty()))
 }
 
 /// A field on the disk.

@@ -90,12 +90,12 @@ fn call(text: &[u8], from: usize, end: usize) -> Option<Statement> {
         at = blanks_end(text, at + digits);
     }
     let is_done = at >= text.len() && (1..=MAX_TIMES).contains(&times);
-    is_done.then(|| Statement::named(bare(called_name(name)), Step::Call(Callee::File, times)))
+    is_done.then(|| Statement::named(bare(&called_name(name)), Step::Call(Callee::File, times)))
 }
 
 /// The name of a program without the marks of its kind: `_N_POCKET_SPF` is POCKET.
-fn bare(name: PlaceName) -> PlaceName {
-    let bare = name.strip_prefix(b"_N_").unwrap_or(&name);
+fn bare(name: &PlaceName) -> PlaceName {
+    let bare = name.strip_prefix(b"_N_").unwrap_or(name);
     let ending = [&b"_SPF"[..], b"_MPF", b".SPF", b".MPF"].into_iter().find(|ending| bare.ends_with(ending));
     let bare = bare.strip_suffix(ending.unwrap_or_default()).unwrap_or(bare);
     bare.into()
