@@ -180,7 +180,7 @@ pub enum DiagnosticCode {
     },
     /// Control flow. Its effect on later blocks is not known.
     #[error(
-        "`{text}`: the service does not follow control flow here; post the program without jumps, loops, conditions and subprograms"
+        "`{text}`: the service does not follow control flow here; send `flatten` with a compensation, or post the program without jumps, loops, conditions and subprograms"
     )]
     ControlFlow {
         /// The statement.

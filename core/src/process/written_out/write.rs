@@ -59,18 +59,17 @@ pub fn write_out<W: Write, S: ProgramSource>(
         }
         runs = runs || passage.batch.is_of_run();
         writer.dialect = passages.dialect();
-        if !passages.is_refused() {
-            writer.batch(&passage.batch, &passage.motions)?;
-        }
+        writer.batch(&passage.batch, &passage.motions)?;
         passages.recycle(passage);
+    }
+    let Writer { mut out, tail, refusals, done, .. } = writer;
+    // After a call without its file, nothing decides a later loop. So this comes first.
+    if refusals.refusals().next().is_some() {
+        return Err(Fault::Program(Box::new(refusals)));
     }
     passages.refusals()?;
     if !runs {
         return Ok(None);
-    }
-    let Writer { mut out, tail, refusals, done, .. } = writer;
-    if refusals.refusals().next().is_some() {
-        return Err(Fault::Program(Box::new(refusals)));
     }
     out.write_all(&tail.missing())?;
     let written = read(out)?;
