@@ -38,7 +38,9 @@ impl ProgramParameters for CcParameters {
         let in_turn = 1 + u32::from(self.singularity != SingularityAction::Report);
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, spool, stop, .. } = place;
+            asked.program.dialect = asked.program.dialect.or(program.dialect_of_files());
             let flat = Flattened::of(self.flatten, &on.machine, &asked.program, program, spool, stop)?;
+            asked.program.dialect = flat.as_ref().map(Flattened::dialect).or(asked.program.dialect);
             let place = place.with(flat.as_ref());
             let Workplace { program, surface, spool, threads, stop, survey } = place;
             asked.program.steps_done = program.steps_done;

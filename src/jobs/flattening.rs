@@ -6,6 +6,7 @@ use super::refusals::in_words_of_the_wire;
 use super::{InputFile, JobFault, Spool};
 use crate::machine::Machine;
 use crate::process::{self, ProgramSetup, Stop, WarningKind, WrittenOut, write_out};
+use crate::program::Dialect;
 use crate::store::Draft;
 use crate::wire::Warning;
 
@@ -41,10 +42,15 @@ impl Flattened {
             draft = Some(made);
             Ok(program)
         };
-        let out = BufWriter::with_capacity(GATHERED, spool.result()?);
+        let out = BufWriter::with_capacity(GATHERED, spool.result()?.within(MOST_BYTES));
         let made = write_out(machine, set_up, source, out, read, stop).map_err(in_words_of_the_wire)?;
         let flattened = made.zip(draft);
         Ok(flattened.map(|((done, program), draft)| Self { program, done, _draft: draft }))
+    }
+
+    /// The dialect of the program, for the steps that follow it.
+    pub(super) fn dialect(&self) -> Dialect {
+        self.done.dialect
     }
 
     /// What the caller should know of it.
@@ -61,5 +67,7 @@ impl Flattened {
     }
 }
 
+/// The longest program that is written out: as many blocks as a run may have, of 256 bytes each \[bytes\].
+const MOST_BYTES: u64 = 64_000_000;
 /// Bytes that are collected before they are written.
 const GATHERED: usize = 1 << 18;

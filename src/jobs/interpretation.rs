@@ -47,6 +47,8 @@ pub async fn interpret(
     let spool = spool.clone();
     let work = move |stop: &Stop<'_>| -> Result<(Draft, u64), JobFault> {
         let source = InputFile::of(&program).map_err(CompensatorFault::Io)?;
+        let dialect = set_up.dialect.or(source.dialect_of_files());
+        let set_up = ProgramSetup { dialect, ..set_up.clone() };
         let answer = Answering { on: &on, parameters: &parameters, set_up: &set_up, spool: &spool };
         match form {
             InterpretationForm::Json => answer.json(&source, stop),

@@ -26,7 +26,7 @@ pub async fn job_path(
 ) -> Result<(Draft, u64), JobFault> {
     let on = machine_of_job(store, job).await?;
     let parameters = InterpretationParameters::of_job(&job.document.parameters)?;
-    let set_up = on.program(&parameters.statements(), false).map_err(JobFault::Parameters)?;
+    let mut set_up = on.program(&parameters.statements(), false).map_err(JobFault::Parameters)?;
     // Lines of the report are then those of the written-out program.
     let flattens = job.document.parameters.get("flatten").and_then(serde_json::Value::as_bool) == Some(true);
     let errors = ErrorsByLine::of(job.report.as_deref().unwrap_or_default());
@@ -34,7 +34,9 @@ pub async fn job_path(
     let work = move |stop: &Stop<'_>| -> Result<(Draft, u64), JobFault> {
         let source = InputFile::kept(spool.blobs(), &sha256)?;
         Cost::of_program_reading(source.length).within(max_cost_s)?;
+        set_up.dialect = set_up.dialect.or(source.dialect_of_files());
         let flat = Flattened::of(flattens, &on.machine, &set_up, &source, &spool, stop)?;
+        set_up.dialect = flat.as_ref().map(Flattened::dialect).or(set_up.dialect);
         let program = flat.as_ref().map_or(&source, |flat| &flat.program);
         let mut path = JobPath::new(errors, most);
         let mut take = |told: &Interpreted| {

@@ -3,6 +3,7 @@
 mod acceptance;
 mod api_keys;
 mod archive;
+mod archive_of_files;
 mod asking;
 mod calibration;
 mod cc_compensation;
@@ -67,7 +68,7 @@ pub use one_pass::one_pass_figure;
 pub use open_fault::{OpenFault, TrustFault};
 pub use opening::{open_data_directory, profile_sha256};
 pub use program_file::InputFile;
-pub use program_files::{ArrivingFiles, ProgramFilesFault, SentFile, joined};
+pub use program_files::{ArrivingFiles, ProgramFilesFault, SentFile, joined, looks_joined};
 pub use program_job::{ProgramJob, run_program_job};
 pub use progress::Progress;
 pub use queue::{Besides, Describe, DrawnUp, JobOrder, Queue, QueueLimits, QueueReading};

@@ -76,7 +76,9 @@ impl ProgramParameters for CompensationParameters {
         let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
         Ok(Prepared::new(steps + sizes.cost_of_part(), move |place| {
             let Workplace { program, spool, stop, .. } = place;
+            core.program.dialect = core.program.dialect.or(program.dialect_of_files());
             let flat = Flattened::of(self.flatten, &on.machine, &core.program, program, spool, stop)?;
+            core.program.dialect = flat.as_ref().map(Flattened::dialect).or(core.program.dialect);
             let place = place.with(flat.as_ref());
             let Workplace { program, surface, spool, threads, stop, survey } = place;
             core.program.steps_done = program.steps_done;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::program_files::{StoredProgramFile, StoredProgramFiles};
 use crate::process::{OpenSubprogram, ProgramSource};
-use crate::program::Steps;
+use crate::program::{Dialect, Steps};
 use crate::store::{
     BlobFault, Blobs, Damage, DamagedFile, Draft, FileState, Sha256Hex, SoundFile, StoredThing,
 };
@@ -83,6 +83,19 @@ impl InputFile {
     /// The name of one of its files, counted from 1; the main program has none.
     pub(super) fn name_of(&self, file: u16) -> Option<&str> {
         self.part(usize::from(file)).map(|part| part.name.as_str())
+    }
+
+    /// The dialect that the names of its files show, for example by `.SPF`. The text of a main program alone may show
+    /// another one.
+    pub(super) fn dialect_of_files(&self) -> Option<Dialect> {
+        let has = |endings: &[&str]| {
+            let names = self.files().iter().map(|part| part.name.to_ascii_lowercase());
+            names.into_iter().any(|name| endings.iter().any(|ending| name.ends_with(ending)))
+        };
+        if has(&[".spf", ".mpf", "_spf", "_mpf"]) {
+            return Some(Dialect::Siemens);
+        }
+        has(&[".h"]).then_some(Dialect::Heidenhain)
     }
 
     /// Whether its files came as an archive.

@@ -11,11 +11,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
-use zip::result::ZipError;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::InputFile;
 use super::spool::{Spool, SpoolFault, Upload};
 use crate::store::{BlobFault, Draft, Sha256Hex, hex};
 
@@ -43,7 +39,7 @@ pub enum ProgramFilesFault {
     },
     /// A name has characters that are not text, or is too long.
     #[error(
-        "the name of a file is missing, longer than {LONGEST_NAME} characters, or has control characters. Rename the file"
+        "the name of a file is missing, longer than {LONGEST_NAME} characters, leads out of its folder, or has control characters. Rename the file"
     )]
     Name,
     /// Two files have one name.
@@ -58,6 +54,17 @@ pub enum ProgramFilesFault {
     /// A file could not be read or written.
     #[error("writing the files of a program: {0}")]
     Write(#[from] io::Error),
+}
+
+/// Whether a file that was sent looks like joined files. Only the service joins files.
+///
+/// # Errors
+/// Its beginning cannot be read.
+pub fn looks_joined(draft: &Draft) -> io::Result<bool> {
+    let mut head = Vec::new();
+    Part { file: &draft.file()?, at: 0, end: draft.length().min(MARK.len() as u64) }
+        .read_to_end(&mut head)?;
+    Ok(head == MARK.as_bytes())
 }
 
 /// A file of a program that was sent: bytes of a file on the disk.
@@ -166,7 +173,9 @@ pub fn joined(
     let mut names = BTreeSet::new();
     let mut list = format!("{}\n", if is_archive { MARK_OF_ARCHIVE } else { MARK });
     for SentFile { name, sha256, start, end, .. } in &files {
-        if name.is_empty() || name.chars().count() > LONGEST_NAME || name.contains(char::is_control) {
+        let leads_out = name.starts_with(['/', '\\']) || name.split(['/', '\\']).any(|part| part == "..");
+        let length = name.chars().count();
+        if name.is_empty() || length > LONGEST_NAME || name.contains(char::is_control) || leads_out {
             return Err(ProgramFilesFault::Name);
         }
         if !names.insert(name.to_uppercase()) {
@@ -245,42 +254,11 @@ impl StoredProgramFiles {
     }
 }
 
-/// The files of a program as a zip archive, with `main` in the place of the main program. Equal files make equal
-/// bytes. Blocks.
-///
-/// # Errors
-/// A file cannot be read, or the archive cannot be written.
-pub(super) fn archive_with(
-    spool: &Spool,
-    source: &InputFile,
-    main: &Draft,
-) -> Result<Draft, ProgramFilesFault> {
-    let mut archive = ZipWriter::new_stream(spool.result()?);
-    let options = || SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
-    let broken = |fault: ZipError| io::Error::other(fault);
-    let (main, length) = (main.file()?, main.length());
-    let mut files = Vec::new();
-    for (index, part) in source.files().iter().enumerate() {
-        let text: Box<dyn Read + '_> = match index {
-            0 => Box::new(Part { file: &main, at: 0, end: length }),
-            _ => source.text_of(part),
-        };
-        files.push((part.name.as_str(), text));
-    }
-    files.sort_by_key(|(name, _)| *name);
-    for (name, mut text) in files {
-        // No time, so that equal files make equal bytes.
-        archive.start_file(name, options().last_modified_time(DateTime::DEFAULT)).map_err(broken)?;
-        io::copy(&mut text, &mut archive)?;
-    }
-    Ok(archive.finish().map_err(broken)?.into_inner())
-}
-
 /// Bytes of a file, read from an own position.
-struct Part<'a> {
-    file: &'a File,
-    at: u64,
-    end: u64,
+pub(super) struct Part<'a> {
+    pub(super) file: &'a File,
+    pub(super) at: u64,
+    pub(super) end: u64,
 }
 
 impl Read for Part<'_> {
@@ -327,7 +305,9 @@ mod tests {
             texts.collect::<Vec<_>>(),
             expected.map(|(name, text)| (name.to_owned(), text.to_owned()))
         );
-        for (name, other) in [("a", "A"), ("", "b"), ("a\nb", "c")] {
+        for (name, other) in
+            [("a", "A"), ("", "b"), ("a\nb", "c"), ("../a", "b"), ("/a", "b"), ("a\\..\\b", "c")]
+        {
             let files = vec![named(&spool, other, "")];
             assert!(joined(&spool, named(&spool, name, ""), files, false).is_err(), "{name:?}");
         }

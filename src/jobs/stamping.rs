@@ -2,7 +2,8 @@
 
 use std::io::{self, BufWriter, Read, Write};
 
-use super::program_files::{ProgramFilesFault, archive_with};
+use super::archive_of_files::archive_with;
+use super::program_files::ProgramFilesFault;
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
 use crate::process::{Interpretation, ProgramReading, ProgramSetup, ProgramSource, interpret_program};

@@ -37,7 +37,9 @@ impl ProgramParameters for WearParameters {
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, spool, stop, .. } = place;
+            core.program.dialect = core.program.dialect.or(program.dialect_of_files());
             let flat = Flattened::of(self.flatten, &on.machine, &core.program, program, spool, stop)?;
+            core.program.dialect = flat.as_ref().map(Flattened::dialect).or(core.program.dialect);
             let place = place.with(flat.as_ref());
             let Workplace { program, surface, threads, stop, .. } = place;
             core.program.steps_done = program.steps_done;

@@ -255,6 +255,11 @@ async fn files_that_do_not_make_one_program_are_refused_with_their_field() {
         plain.header("Content-Type", "application/octet-stream").body(archive(&[("a.nc", b"G0 X1\n")]));
     let answer = problem(plain.send().await.unwrap(), "invalid-request").await;
     assert_eq!(pointers(&answer), ["/program"]);
+    let own = form(&placed(), "%TRUNNION PROGRAM FILES 1\nab 3 x\n\nabc", &[]);
+    let (status, found, _) = refused("interpretation", own).await;
+    assert_eq!((status, found), (StatusCode::UNPROCESSABLE_ENTITY, vec!["/program".to_owned()]));
+    let out = zipped(&placed(), &[("../a.nc", MAIN), ("b.nc", CORNER)], Some("../a.nc"));
+    assert!(refused("interpretation", out).await.2.contains("leads out of its folder"));
     // A part that a page sends although no file was chosen.
     let unfilled =
         form(&placed(), MAIN, &[]).part("subprogram", Part::text("").file_name("")).text("main", "");
@@ -292,7 +297,7 @@ async fn loops_and_calls_are_written_out_and_compensated_if_the_caller_asks_for_
     let text = answer.text().await.unwrap();
     assert!(!text.contains("M98") && !text.contains("while") && !text.contains("#1=["), "{text}");
     // As the program that makes the same motions without a loop.
-    let plain = "G21 G90 G94 G17 G54\nT1 M6\nG0 X0.000 Y0.000 Z5.000 A0.000 C0.000\n#1=0\nG1 X5. A5. C40. F1000\nG1 X10. A10. C80. F1000\nM30\n";
+    let plain = "G21 G90 G94 G17 G54\nT1 M6\nG0 X0.000 Y0.000 Z5.000 A0.000 C0.000\n#1=0\nG1 X5.0000 A5.0000 C40.0000 F1000\nG1 X10.0000 A10.0000 C80.0000 F1000\nM30\n";
     let expected =
         post(&app, "cc-compensation", form(&parameters, plain, &[]), "*/*").await.text().await.unwrap();
     assert_eq!(text.replace("#1=0\n", ""), expected.replace("#1=0\n", ""));
@@ -319,9 +324,18 @@ async fn loops_and_calls_are_written_out_and_compensated_if_the_caller_asks_for_
     // Without the file, or without asking for it, the program is refused.
     let answer = post(&app, "cc-compensation", form(&parameters, LOOP, &[]), "*/*").await;
     let refused = problem(answer, "program-fault").await;
-    assert!(refused.to_string().contains("the file of this call is missing"), "{refused}");
+    assert!(refused.to_string().contains("its file is missing"), "{refused}");
     let mut unasked = parameters.clone();
     unasked["flatten"] = json!(false);
     let answer = post(&app, "cc-compensation", form(&unasked, LOOP, &files), "*/*").await;
     assert_eq!(problem(answer, "program-fault").await["line"], 5);
+}
+
+#[tokio::test]
+async fn the_names_of_files_show_their_dialect() {
+    let app = spawn().await;
+    let main = "G71 G90 G94 G54\nG0 X20.5 Y0 Z5 A0 C0\nL54\nG1 X50 F100\nM30\n";
+    let found = read(&app, form(&placed(), main, &[("L54.SPF", "G91 G1 X30 F100\nG90\nRET\n")])).await;
+    assert_eq!((&found["dialect"], &found["left_alone"]), (&json!("siemens"), &json!([])));
+    assert_eq!(found["motions"][1]["joints"]["X"], 50.5);
 }

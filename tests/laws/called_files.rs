@@ -90,8 +90,8 @@ pub(crate) const ALIKE: [Alike; 9] = [
         &[("O2000.nc", "%\n(POCKET)\nO2000\nG91 X1\nM98 P3\nM99\n%\nG90 X99\n"), ("o0003", "Y1\nM99\n")],
         "X1\nY1\nX2\nY2\nY0\n",
     ),
-    // A file has the number of its name, whatever its O word is, and may have further programs.
-    (Dialect::Iso, "M98 P7\nM30\n", &[("7.nc", "O1\nX1\nM98 P2\nM99\nO2\nY2\nM99\n")], "X1\nY2\n"),
+    // A file may have further programs.
+    (Dialect::Iso, "M98 P7\nM30\n", &[("7.nc", "O7\nX1\nM98 P2\nM99\nO2\nY2\nM99\n")], "X1\nY2\n"),
     // A program in the same text comes before a file.
     (Dialect::Iso, "M98 P7\nM30\nO7\nX7\nM99\n", &[("O7.nc", "X9\nM99\n")], "X7\n"),
     // O words, with parameters of their own, and a subprogram beside the called one.
@@ -209,6 +209,8 @@ fn a_file_that_cannot_be_followed_refuses_the_program_at_its_call() {
 fn two_files_of_one_name_and_a_call_with_parameters_are_not_followed() {
     for (dialect, call, files) in [
         (Dialect::Iso, "M98 P2", [("2.nc", "X1\nM99\n"), ("O0002.nc", "X2\nM99\n")]),
+        (Dialect::Iso, "M98 P2", [("2.nc", "O1\nX1\nM99\n"), ("O3.nc", "X2\nM99\n")]),
+        (Dialect::Siemens, "CALL \"POCKET.SPF\"", [("POCKET.MPF", "X1\n"), ("OTHER.SPF", "X2\n")]),
         (Dialect::Siemens, "POCKET(5)", [("POCKET.SPF", "X1\n"), ("OTHER.SPF", "X2\n")]),
         (Dialect::Siemens, "L1", [("L01.SPF", "X1\n"), ("L11.SPF", "X2\n")]),
     ] {

@@ -46,19 +46,19 @@ fn words_get_numbers_and_the_text_before_the_first_loop_stays_as_it_is() {
             Dialect::Iso,
             "%\r\nO1 (PART)\r\nG0 X#5 (a) Y0 Z5\r\n#1=2\r\nM98 P2 L2\r\nG1 X[#1*10] F[#1*100]\r\nM30\r\n%\r\n",
             &[("2.nc", "%\nO2\nT[#1+3] G1 X[#1/3]\n#1=[#1+1]\nM99\n%\n")][..],
-            "%\r\nO1 (PART)\r\nG0 X#5 (a) Y0 Z5\r\n#1=2\r\nT5 G1 X0.666667\nT6 G1 X1.\nG1 X40. F400.\r\nM30\r\n%\r\n",
+            "%\r\nO1 (PART)\r\nG0 X#5 (a) Y0 Z5\r\n#1=2\r\nT5 G1 X0.666667\nT6 G1 X1.0000\nG1 X40.0000 F400.\r\nM30\r\n%\r\n",
         ),
         (
             Dialect::Siemens,
             "DEF INT N\nG0 X0\nFOR N=1 TO 2\nN5 R1=N R2=7 X=N*10 Y=IC(N)\nR3=4\nENDFOR\nM30\n",
             &[],
-            "DEF INT N\nG0 X0\nN5   X=10 Y=IC(1)\nN5   X=20 Y=IC(2)\nM30\n",
+            "DEF INT N\nG0 X0\nN5   X=10.0000 Y=IC(1.0000)\nN5   X=20.0000 Y=IC(2.0000)\nM30\n",
         ),
         (
             Dialect::Heidenhain,
             "0 BEGIN PGM P MM ; x\n1 L X+0 R0 F100\n2 Q1 = 5\n3 CALL LBL 1\n4 M30\n5 LBL 1\n6 L X+Q1 IY-Q1\n7 LBL 0\n8 END PGM P MM\n",
             &[],
-            "0 BEGIN PGM P MM ; x\n1 L X+0 R0 F100\n2 Q1 = 5\n6 L X+5 IY-5\n4 M30\nEND PGM P MM\n",
+            "0 BEGIN PGM P MM ; x\n1 L X+0 R0 F100\n2 Q1 = 5\n6 L X+5.0000 IY-5.0000\n4 M30\nEND PGM P MM\n",
         ),
     ] {
         let (_, text) = written(dialect, &Several { main, files }).unwrap().unwrap();
@@ -69,14 +69,14 @@ fn words_get_numbers_and_the_text_before_the_first_loop_stays_as_it_is() {
         &Several { main: "G0 X0\no1 repeat [3]\n#1=[#1+1]\nG91 X1\no1 endrepeat\n", files: &[] },
     );
     let (told, _) = told.unwrap().unwrap();
-    assert_eq!(told, WrittenOut { assignments: 3, first_assignment: Some(3) });
+    assert_eq!(told, WrittenOut { dialect: Dialect::Iso, assignments: 3, first_assignment: Some(3) });
 }
 
 #[test]
 fn what_cannot_be_written_out_is_refused_with_its_line_and_the_cure() {
     for (dialect, main, line, wanted) in [
-        (Dialect::Iso, "G0 X0\nM98 P2\n", 2, "the file of this call is missing"),
-        (Dialect::Iso, "G0 X0\no1 repeat [1]\nG65 P9 A1\no1 endrepeat\n", 3, "the file of this call"),
+        (Dialect::Iso, "G0 X0\nM98 P2\n", 2, "its file is missing"),
+        (Dialect::Iso, "G0 X0\no1 repeat [1]\nG65 P9 A1\no1 endrepeat\n", 3, "this call is not followed"),
         (Dialect::Iso, "G0 X0\no1 repeat [1]\nG1 X#<_x> F5\no1 endrepeat\n", 3, "does not fix"),
         (Dialect::Iso, "G0 X0\no1 repeat [1]\n#5221=5\no1 endrepeat\n", 3, "offsets or other values"),
         (Dialect::Iso, "G0 X0\no1 repeat [1]\n#1=3 G1 X5 F5\no1 endrepeat\n", 3, "in one block"),
@@ -86,11 +86,48 @@ fn what_cannot_be_written_out_is_refused_with_its_line_and_the_cure() {
             4,
             "does not fix",
         ),
-        (Dialect::Siemens, "G0 X0\nPOCKET\n", 2, "the file of this call is missing"),
+        (Dialect::Iso, "G0 X0\nG65 P1\n", 2, "this call is not followed"),
+        (
+            Dialect::Iso,
+            "G0 X0\no1 repeat [1]\n#3000=1 (ALARM)\no1 endrepeat\n",
+            3,
+            "other values of the control",
+        ),
+        (
+            Dialect::Iso,
+            "G0 X0 Y0 Z0 A0 C0\nG1 F9\no1 repeat [1000]\nG91 X[1/3]\no1 endrepeat\n",
+            4,
+            "rounded values add up",
+        ),
+        (
+            Dialect::Siemens,
+            "R7=5\nLOOP\nR7=45\nCYCLE81(R[7],2)\nGOTOF OUT\nENDLOOP\nOUT: M30\n",
+            4,
+            "does not fix",
+        ),
+        (
+            Dialect::Siemens,
+            "LOOP\n_ZSD[1]=1\nGOTOF OUT\nENDLOOP\nOUT: M30\n",
+            2,
+            "other values of the control",
+        ),
+        (
+            Dialect::Heidenhain,
+            "0 BEGIN PGM P MM\n1 L X+1 R0 F9\n2 CYCL DEF 200 DRILLING ~\n Q200=+2 ;UP ~\n Q201=-9 ;DEPTH\n3 LBL 1\n4 L X+20 R0 FMAX M99\n5 Q201 = Q201 - 5\n6 CALL LBL 1 REP 2\n7 M30\n8 END PGM P MM\n",
+            8,
+            "a program with cycles",
+        ),
+        (
+            Dialect::Heidenhain,
+            "0 BEGIN PGM P MM\n1 L X+1 R0 F9\n2 CALL LBL 1\n3 Q5 = 3\n4 RND RQ5\n5 M30\n6 LBL 1\n7 LBL 0\n8 END PGM P MM\n",
+            5,
+            "does not fix",
+        ),
+        (Dialect::Siemens, "G0 X0\nPOCKET\n", 2, "its file is missing"),
         (Dialect::Iso, "G0 X0\no1 while [1]\nX1\no1 endwhile\n", 4, "250000 blocks"),
     ] {
         let refused = written(dialect, &Several { main, files: &[] }).expect_err(main).to_string();
         assert!(refused.contains(&format!("line {line}")) && refused.contains(wanted), "{main}: {refused}");
     }
-    assert_eq!(written(Dialect::Iso, &Several { main: "G0 X#1\nG65 P1\n", files: &[] }).unwrap(), None);
+    assert_eq!(written(Dialect::Iso, &Several { main: "G0 X#1\nX5\n", files: &[] }).unwrap(), None);
 }

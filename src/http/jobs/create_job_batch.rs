@@ -14,7 +14,7 @@ use crate::http::extract::{Json, Query, parsed_bytes};
 use crate::http::idempotency::{key, key_of_part, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::programs::several::archive_refused;
+use crate::http::programs::several::{archive_refused, refuse_joined};
 use crate::http::programs::upload::{Form, FormFields, Part, clean_name, take_form};
 use crate::http::refusals::refusals;
 use crate::jobs::{JobOrder, Unpacked, memory, unpack};
@@ -87,6 +87,7 @@ pub(super) async fn create_job_batch(
     let unpacked = app.compute.run(move |stop| unpack(&archive, &spool, limit, stop)).await?;
     let Unpacked { programs, left_out } = unpacked.map_err(|fault| archive_refused(fault, "programs"))?;
     let (paths, drafts): (Vec<_>, Vec<_>) = programs.into_iter().unzip();
+    drafts.iter().try_for_each(refuse_joined)?;
     let keys: Vec<_> = (0..paths.len()).map(|part| key_of_part(used.as_ref(), part)).collect();
     let mut jobs = earlier(&app, &keys).await?;
     if jobs.iter().all(Option::is_none) {

@@ -4,13 +4,12 @@
 use std::io::{self, Read};
 
 use super::answer::{is_zip_name, stem};
-use super::upload::NAMELESS;
 use crate::description::ToSchema;
 use crate::http::AppState;
 use crate::http::problem::{Problem, ProblemType};
 use crate::jobs::{
     ArchiveFault, ArrivingFiles, CompensatorFault, ProgramFilesFault, SentFile, Spool, Unpacked, joined,
-    unpack,
+    looks_joined, unpack,
 };
 use crate::process::Stop;
 use crate::store::Draft;
@@ -20,10 +19,13 @@ use crate::wire::Fault;
 pub(super) const SUBPROGRAM: &str = "subprogram";
 /// The field with the name of the main program in an archive.
 pub(super) const MAIN: &str = "main";
+/// The name that a page gives to a file without a name (`FormData` of the browsers).
+pub(super) const NAMELESS: &str = "blob";
+
 /// Longest name in this field \[bytes\].
 pub(super) const LONGEST_MAIN_BYTES: usize = 2000;
-/// The first bytes of a zip archive.
-const ARCHIVE: [u8; 4] = *b"PK\x03\x04";
+/// The first bytes of a zip archive, and of an empty one.
+const ARCHIVES: [[u8; 4]; 2] = [*b"PK\x03\x04", *b"PK\x05\x06"];
 /// Most names in a message, and most characters of a name.
 const NAMED: usize = 5;
 const LONGEST_SHOWN: usize = 100;
@@ -75,6 +77,7 @@ pub(super) async fn with_files(
         Some(files) => files.finish().await?,
         None => Vec::new(),
     };
+    refuse_joined(&program)?;
     let is_archive = is_archive(&program)?;
     if is_archive && !files.is_empty() {
         let detail = "the program is a zip archive; put all files into it, or send all of them as fields";
@@ -107,14 +110,23 @@ pub(super) fn refuse_archive(program: &Draft) -> Result<(), Problem> {
         let detail = "this is a zip archive: send it in the field program of a form (multipart/form-data), and the name of its main program in the field main";
         return Err(invalid("program", detail));
     }
+    refuse_joined(program)
+}
+
+/// Refuses a text that begins as the service's own files of several programs.
+pub(in crate::http) fn refuse_joined(program: &Draft) -> Result<(), Problem> {
+    if looks_joined(program)? {
+        let detail = "the text begins as a file of the service's own; send the files of a program in fields or in a zip archive";
+        return Err(invalid("program", detail));
+    }
     Ok(())
 }
 
 /// Whether a file is a zip archive.
 fn is_archive(program: &Draft) -> io::Result<bool> {
     let mut head = Vec::new();
-    std::fs::File::open(program.path())?.take(ARCHIVE.len() as u64).read_to_end(&mut head)?;
-    Ok(head == ARCHIVE)
+    std::fs::File::open(program.path())?.take(4).read_to_end(&mut head)?;
+    Ok(ARCHIVES.iter().any(|archive| head == archive))
 }
 
 /// The files of an archive as one program. Blocks.

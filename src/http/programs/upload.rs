@@ -9,7 +9,7 @@ use http::HeaderMap;
 use http::request::Parts;
 use serde::de::DeserializeOwned;
 
-use super::several::{Beside, LONGEST_MAIN_BYTES, MAIN, SUBPROGRAM, refuse_archive, with_files};
+use super::several::{Beside, LONGEST_MAIN_BYTES, MAIN, NAMELESS, SUBPROGRAM, refuse_archive, with_files};
 use crate::http::AppState;
 use crate::http::body::{BetweenFields, Incoming, PaidAsItGrows, content_length, media_type, unreadable};
 use crate::http::extract::parsed_bytes;
@@ -309,9 +309,6 @@ async fn fields<D>(
 
 /// Most parts of a form that have no content: each takes a file while it is read.
 const MOST_EMPTY_PARTS: u32 = 16;
-
-/// The name that a page gives to a file without a name (`FormData` of the browsers).
-pub(super) const NAMELESS: &str = "blob";
 
 /// Whether a file was chosen for a field. Browsers send an empty part without a file name if none was, and pages that
 /// make the form themselves an empty part with the name `blob`.

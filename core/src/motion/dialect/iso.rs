@@ -49,8 +49,8 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
         990 => MFunction::Return,
         960 | 970 | 980 | 1980 => MFunction::Call,
         60 | 610 => MFunction::ToolChange,
-        // M72: RS274 controls restore the modes that M70 kept.
-        720 => MFunction::Unknown,
+        // M72: RS274 controls restore the modes that M70 kept. M73: they restore them at the end of the subprogram.
+        720 | 730 => MFunction::Unknown,
         820 => MFunction::ExtruderAbsolute,
         830 => MFunction::ExtruderRelative,
         code if KINEMATICS_SWITCHES.contains(&code) => MFunction::KinematicsSwitch,

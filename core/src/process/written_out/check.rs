@@ -7,6 +7,7 @@ use crate::motion::{Motion, MotionKind};
 use crate::process::fault::Fault;
 use crate::process::set_up::{ProgramSetup, Stop};
 use crate::process::text::{Passages, ProgramSource};
+use crate::program::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt};
 
 /// Numbers are written with six decimals, and several may add up in incremental words \[mm, deg\].
 const WRITTEN: f64 = 1e-4;
@@ -90,8 +91,14 @@ pub(super) fn check(
     if differs.is_none() && count < expected.len() {
         differs = expected.get(count).map(|expected| expected.line);
     }
-    match differs {
-        Some(line) => Err(Fault::VerificationFailed { line, what: "a motion that was written out" }),
-        None => Ok(()),
-    }
+    let Some(line) = differs else { return Ok(()) };
+    let reason = "the motion written out is not that of the program: rounded values add up, or a code is computed; write numbers, or send the program without flatten";
+    let mut refusals = Diagnostics::new();
+    refusals.push(Diagnostic {
+        code: DiagnosticCode::NotWrittenOut { text: Excerpt::new(b"motion"), reason },
+        line,
+        column: 1,
+        span: ByteSpan { start: 0, end: 0 },
+    });
+    Err(Fault::Program(Box::new(refusals)))
 }

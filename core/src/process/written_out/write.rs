@@ -16,10 +16,14 @@ use crate::program::{
 
 /// Decimals of a value that was computed. A millionth of a millimetre or of a degree is finer than any control counts.
 const DECIMALS: u8 = 6;
+/// Decimals of a length or an angle that are left out if they are zero.
+const SPARE_DECIMALS: usize = 2;
 
 /// A program that was written out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WrittenOut {
+    /// The dialect in which it was read and written.
+    pub dialect: Dialect,
     /// Assignments of parameters and variables that are left out: their values are in the words.
     pub assignments: u64,
     /// The line of the first of them in the program.
@@ -50,7 +54,8 @@ pub fn write_out<W: Write, S: ProgramSource>(
         variables: Variables::default(),
         tail: Tail::default(),
         refusals: Diagnostics::new(),
-        done: WrittenOut { assignments: 0, first_assignment: None },
+        done: WrittenOut { dialect: Dialect::Iso, assignments: 0, first_assignment: None },
+        has_cycle: false,
     };
     let mut runs = false;
     while let Some((passage, _)) = passages.next()? {
@@ -62,7 +67,8 @@ pub fn write_out<W: Write, S: ProgramSource>(
         writer.batch(&passage.batch, &passage.motions)?;
         passages.recycle(passage);
     }
-    let Writer { mut out, tail, refusals, done, .. } = writer;
+    let Writer { mut out, dialect, tail, refusals, done, .. } = writer;
+    let done = WrittenOut { dialect, ..done };
     // After a call without its file, nothing decides a later loop. So this comes first.
     if refusals.refusals().next().is_some() {
         return Err(Fault::Program(Box::new(refusals)));
@@ -73,18 +79,19 @@ pub fn write_out<W: Write, S: ProgramSource>(
     }
     out.write_all(&tail.missing())?;
     let written = read(out)?;
-    check(machine, program, source, &written, stop)?;
+    check(machine, &ProgramSetup { dialect: Some(dialect), ..program.clone() }, source, &written, stop)?;
     Ok(Some((done, written)))
 }
 
 /// The reasons why a block cannot be written out, each with its cure.
 mod reasons {
-    pub(super) const CALL: &str =
-        "the file of this call is missing; send it with the program, or send the program without flatten";
+    pub(super) const CALL: &str = "this call is not followed: its file is missing, two files fit it, or the files are longer than 4 MiB together; send its file, or send the program without flatten";
     pub(super) const VALUE: &str =
         "it uses a value that the text does not fix; write a number, or send the program without flatten";
     pub(super) const SYSTEM: &str =
         "it changes offsets or other values of the control; send the program without flatten";
+    pub(super) const CYCLE: &str =
+        "it sets a parameter in a program with cycles, which may use it; send the program without flatten";
     pub(super) const MIXED: &str =
         "it assigns a value and moves in one block; write the assignment into a block of its own";
 }
@@ -101,6 +108,8 @@ struct Writer<W> {
     tail: Tail,
     refusals: Diagnostics,
     done: WrittenOut,
+    /// The program defines a cycle of a Heidenhain control, which uses Q parameters.
+    has_cycle: bool,
 }
 
 impl<W: Write> Writer<W> {
@@ -114,8 +123,14 @@ impl<W: Write> Writer<W> {
                     Some(Unfollowable::Call | Unfollowable::ModalCall | Unfollowable::Return)
                 );
             }
+            let is_heidenhain = self.dialect == Dialect::Heidenhain;
+            self.has_cycle |=
+                is_heidenhain && memchr::memmem::find(batch.block_text(block), b"CYCL").is_some();
             if !batch.is_of_run() {
                 self.note_variables(batch, block);
+                if calls {
+                    self.refuse(batch, block, reasons::CALL);
+                }
                 self.write(batch, block, batch.block_text(block))?;
                 continue;
             }
@@ -147,7 +162,7 @@ impl<W: Write> Writer<W> {
         let only_assigns = words.iter().all(|word| word.address == Address::N || is_assignment(word));
         if assigns && (block.kind == BlockKind::Assignment || (!words.is_empty() && only_assigns)) {
             self.note_variables(batch, block);
-            self.note_assignment(block);
+            self.leave_out(block, text)?;
             return Ok(None);
         }
         if !matches!(block.kind, BlockKind::Words | BlockKind::Assignment) {
@@ -164,7 +179,9 @@ impl<W: Write> Writer<W> {
         }
         if assigns {
             self.note_variables(batch, block);
-            self.note_assignment(block);
+            for word in words.iter().filter(|word| is_assignment(word)) {
+                self.leave_out(block, batch.word_text(word))?;
+            }
         }
         if words.iter().any(|word| word.form == WordForm::Expression) {
             return Err(reasons::VALUE);
@@ -183,9 +200,17 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    fn note_assignment(&mut self, block: &Block) {
+    /// Leaves an assignment out, if nothing else uses what it sets.
+    fn leave_out(&mut self, block: &Block, text: &[u8]) -> Result<(), &'static str> {
+        if !self.variables.are_own(self.dialect, text) {
+            return Err(reasons::SYSTEM);
+        }
+        if self.has_cycle {
+            return Err(reasons::CYCLE);
+        }
         self.done.assignments += 1;
         self.done.first_assignment.get_or_insert(block.line);
+        Ok(())
     }
 
     /// The block with numbers in the place of expressions, and without assignments.
@@ -227,30 +252,32 @@ impl<W: Write> Writer<W> {
 
     /// The value of a word as its dialect writes numbers.
     fn number(&self, word: &Word) -> Vec<u8> {
-        let mut number = Vec::new();
-        if self.dialect == Dialect::Heidenhain && word.value >= 0.0 {
-            number.push(b'+');
-        }
-        print_decimal(word.value, DECIMALS, &mut number);
-        let zeros = number.iter().rev().take_while(|byte| **byte == b'0').count();
-        number.truncate(number.len() - zeros);
-        let counts = matches!(
+        let is_place = matches!(
             word.address,
-            Address::G
-                | Address::M
-                | Address::T
-                | Address::H
-                | Address::D
-                | Address::N
-                | Address::P
-                | Address::L
-                | Address::S
-                | Address::O
+            Address::X
+                | Address::Y
+                | Address::Z
+                | Address::A
+                | Address::B
+                | Address::C
+                | Address::U
+                | Address::V
+                | Address::W
         );
-        // Some controls read a length without its point in least increments.
-        let keeps_point = self.dialect == Dialect::Iso && !counts;
+        let is_length = is_place
+            || matches!(word.address, Address::I | Address::J | Address::K | Address::R | Address::Q);
+        let mut number = Vec::new();
+        print_decimal(word.value, DECIMALS, &mut number);
+        // Compensated words have the decimals of the program, and lengths keep enough of them. Without a point some
+        // controls read a length in least increments.
+        let zeros = number.iter().rev().take_while(|byte| **byte == b'0').count();
+        number.truncate(number.len() - zeros.min(if is_length { SPARE_DECIMALS } else { DECIMALS.into() }));
+        let keeps_point = self.dialect == Dialect::Iso && matches!(word.address, Address::F | Address::E);
         if number.last() == Some(&b'.') && !keeps_point {
             number.pop();
+        }
+        if self.dialect == Dialect::Heidenhain && is_place && number.first() != Some(&b'-') {
+            number.insert(0, b'+');
         }
         number
     }
@@ -292,11 +319,12 @@ impl Tail {
     fn see(&mut self, batch: &Batch, block: &Block) {
         let text = batch.block_text(block);
         self.has_cr |= text.ends_with(b"\r\n");
-        self.tape_marks += u32::from(block.kind == BlockKind::Percent);
+        self.tape_marks += u32::from(block.kind == BlockKind::Percent && text.trim_ascii() == b"%");
         for word in batch.words(block) {
             match word.keyword() {
                 Some(Keyword::BeginMm | Keyword::BeginInch) if self.end.is_none() => {
-                    let named = memchr::memmem::find(text, b"PGM").and_then(|at| text.get(at..));
+                    let upper = text.to_ascii_uppercase();
+                    let named = memchr::memmem::find(&upper, b"PGM").and_then(|at| text.get(at..));
                     let named = named.unwrap_or_default();
                     let named = named.get(..memchr::memchr(b';', named).unwrap_or(named.len()));
                     let named = named.unwrap_or_default().trim_ascii();

@@ -23,6 +23,8 @@ struct Extent {
     blocks: Range<usize>,
     /// The blocks that a call runs: without tape marks, the name of the program, and text behind the tape mark.
     body: Range<usize>,
+    /// The name of the program in its text.
+    name: Option<PlaceName>,
 }
 
 /// All files of a program by the blocks that they have.
@@ -37,15 +39,16 @@ impl Files {
     /// Those of a main program of so many blocks, and of subprograms behind it.
     pub(super) fn new(main_blocks: usize, subprograms: &[SubprogramFile]) -> Self {
         let main = 0..main_blocks;
-        let mut files =
-            Self { extents: vec![Extent { blocks: main.clone(), body: main }], ..Self::default() };
+        let mut files = Self {
+            extents: vec![Extent { blocks: main.clone(), body: main, name: None }],
+            ..Self::default()
+        };
         let mut first = main_blocks;
         for (index, SubprogramFile { name, batches }) in subprograms.iter().enumerate() {
             let count: usize = batches.iter().map(|batch| batch.blocks().len()).sum();
-            let body = body(batches);
-            files
-                .extents
-                .push(Extent { blocks: first..first + count, body: first + body.start..first + body.end });
+            let (body, own) = body(batches);
+            let body = first + body.start..first + body.end;
+            files.extents.push(Extent { blocks: first..first + count, body, name: own });
             for name in names(name) {
                 let files = files.names.entry(name).or_default();
                 if !files.contains(&(index + 1)) {
@@ -67,6 +70,11 @@ impl Files {
         self.extents.get(file).map_or(0..0, |extent| extent.body.clone())
     }
 
+    /// The name of the program in a file's text, if the text has one.
+    pub(super) fn name(&self, file: usize) -> Option<&PlaceName> {
+        self.extents.get(file)?.name.as_ref()
+    }
+
     /// The first block of every file.
     pub(super) fn starts(&self) -> Vec<usize> {
         self.extents.iter().map(|extent| extent.blocks.start).collect()
@@ -81,19 +89,24 @@ impl Files {
     }
 }
 
-/// The blocks that a call of these runs.
-fn body(batches: &[Batch]) -> Range<usize> {
+/// The blocks that a call of these runs, and the name of the program before them.
+fn body(batches: &[Batch]) -> (Range<usize>, Option<PlaceName>) {
     let blocks = || batches.iter().flat_map(|batch| batch.blocks().iter().map(move |block| (batch, block)));
     let is_before = |(_, block): &(&Batch, &Block)| {
         use BlockKind::{Banner, Blank, Comment, Header, Percent};
         matches!(block.kind, Banner | Blank | Comment | Header | Percent)
     };
     let mut start = blocks().take_while(is_before).count();
-    if blocks().nth(start).is_some_and(|(batch, block)| statement_at(batch, block).step == Step::Entry) {
-        start += 1;
+    let mut name = None;
+    if let Some((batch, block)) = blocks().nth(start) {
+        let statement = statement_at(batch, block);
+        if statement.step == Step::Entry {
+            start += 1;
+            name = statement.place;
+        }
     }
     let rest = blocks().skip(start).take_while(|(_, block)| block.kind != BlockKind::Percent);
-    start..start + rest.count()
+    (start..start + rest.count(), name)
 }
 
 /// The names by which calls may mean a file, in upper case: as it is written without its path, without its extension,
@@ -101,9 +114,14 @@ fn body(batches: &[Batch]) -> Range<usize> {
 fn names(file: &str) -> Vec<PlaceName> {
     let whole = file.rsplit(['/', '\\', ':']).next().unwrap_or(file).to_ascii_uppercase();
     let stem = whole.rsplit_once('.').map_or(whole.as_str(), |(stem, _)| stem);
-    let bare = stem.strip_prefix("_N_").unwrap_or(stem);
-    let bare = bare.strip_suffix("_SPF").or_else(|| bare.strip_suffix("_MPF")).unwrap_or(bare);
-    let mut names = vec![whole.clone(), stem.to_owned(), bare.to_owned()];
+    let mut names = vec![whole.clone(), stem.to_owned()];
+    if let Some(marked) = stem.strip_prefix("_N_") {
+        for ending in ["SPF", "MPF"] {
+            if let Some(bare) = marked.strip_suffix(ending).and_then(|bare| bare.strip_suffix('_')) {
+                names.extend([bare.to_owned(), format!("{bare}.{ending}")]);
+            }
+        }
+    }
     let digits = stem.strip_prefix('O').unwrap_or(stem);
     if let Ok(number) = digits.parse::<u32>()
         && digits.bytes().all(|byte| byte.is_ascii_digit())
@@ -129,12 +147,15 @@ mod tests {
             ("TNC:\\parts\\Pocket.h", "POCKET.H"),
             ("TNC:\\parts\\Pocket.h", "POCKET"),
             ("_N_L100_SPF", "L100"),
+            ("_N_L100_SPF", "L100.SPF"),
             ("L100.SPF", "L100"),
             ("SUB.1.SPF", "SUB.1"),
         ] {
             assert!(found(file, name), "{file} is not {name}");
         }
-        for (file, name) in [("O1000.nc", "O100"), ("L01.SPF", "L1"), ("O.nc", "O0"), (".nc", "")] {
+        for (file, name) in
+            [("O1000.nc", "O100"), ("L01.SPF", "L1"), ("A.MPF", "A.SPF"), ("O.nc", "O0"), (".nc", "")]
+        {
             assert!(!found(file, name), "{file} is {name}");
         }
     }

@@ -503,6 +503,13 @@ impl ProgramRun {
         let Some(file) = self.files.named(name) else { return Course::Show };
         // A file may have several programs.
         let place = self.turns.place(name, &self.files.body(file)).filter(|_| callee == Callee::Program);
+        if place.is_none()
+            && callee == Callee::Program
+            && self.files.name(file).is_some_and(|own| own != name)
+        {
+            // The control would know the file by the number in its text.
+            return Course::Show;
+        }
         let begin = place.map_or(self.files.body(file).start, |place| place + 1);
         let course = self.enter(begin, file, times, Own::Variables);
         if matches!(course, Course::GoOn(_)) {

@@ -93,12 +93,14 @@ fn call(text: &[u8], from: usize, end: usize) -> Option<Statement> {
     is_done.then(|| Statement::named(bare(&called_name(name)), Step::Call(Callee::File, times)))
 }
 
-/// The name of a program without the marks of its kind: `_N_POCKET_SPF` is POCKET.
+/// The name of a program without the marks of the control's own folders: `_N_POCKET_SPF` is POCKET.SPF.
 fn bare(name: &PlaceName) -> PlaceName {
-    let bare = name.strip_prefix(b"_N_").unwrap_or(name);
-    let ending = [&b"_SPF"[..], b"_MPF", b".SPF", b".MPF"].into_iter().find(|ending| bare.ends_with(ending));
-    let bare = bare.strip_suffix(ending.unwrap_or_default()).unwrap_or(bare);
-    bare.into()
+    let Some(marked) = name.strip_prefix(b"_N_") else { return name.clone() };
+    match marked.len().checked_sub(4).map(|at| marked.split_at(at)) {
+        Some((stem, b"_SPF")) => [stem, b".SPF"].concat().into(),
+        Some((stem, b"_MPF")) => [stem, b".MPF"].concat().into(),
+        _ => marked.into(),
+    }
 }
 
 /// The label of a statement, and where its text begins after the block number and the label.
@@ -302,8 +304,8 @@ mod tests {
             ("l54 p3", "L54", 3),
             ("Pocket", "POCKET", 1),
             ("CALL \"POCKET\"", "POCKET", 1),
-            ("EXTCALL(\"/_N_WKS_DIR/_N_A_WPD/_N_POCKET_SPF\")", "POCKET", 1),
-            ("EXTCALL \"POCKET.SPF\"", "POCKET", 1),
+            ("EXTCALL(\"/_N_WKS_DIR/_N_A_WPD/_N_POCKET_SPF\")", "POCKET.SPF", 1),
+            ("EXTCALL \"POCKET.SPF\"", "POCKET.SPF", 1),
         ] {
             assert_eq!(called(text), Some((name.to_owned(), times)), "{text}");
         }
