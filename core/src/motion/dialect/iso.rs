@@ -13,7 +13,7 @@ use crate::units::MM_PER_INCH;
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
-    m: m_function,
+    m: own_m_function,
     cycles: Some(stroke),
     tool_words: ToolWords::LengthByH,
     counts_points: true,
@@ -42,6 +42,11 @@ pub(super) const FEED: FeedRules = FeedRules {
 /// is not known unless it is stated.
 const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
 
+/// The meaning of an M code in tenths in ISO programs. M73: RS274 controls restore the modes at the end of the subprogram.
+fn own_m_function(tenths: u32) -> MFunction {
+    if tenths == 730 { MFunction::Unknown } else { m_function(tenths) }
+}
+
 /// The meaning of an M code in tenths.
 pub(super) fn m_function(tenths: u32) -> MFunction {
     match tenths {
@@ -49,8 +54,8 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
         990 => MFunction::Return,
         960 | 970 | 980 | 1980 => MFunction::Call,
         60 | 610 => MFunction::ToolChange,
-        // M72: RS274 controls restore the modes that M70 kept. M73: they restore them at the end of the subprogram.
-        720 | 730 => MFunction::Unknown,
+        // M72: RS274 controls restore the modes that M70 kept.
+        720 => MFunction::Unknown,
         820 => MFunction::ExtruderAbsolute,
         830 => MFunction::ExtruderRelative,
         code if KINEMATICS_SWITCHES.contains(&code) => MFunction::KinematicsSwitch,
