@@ -170,7 +170,13 @@ fn a_motion_tells_its_file_and_its_line_there() {
 fn a_file_that_cannot_be_followed_refuses_the_program_at_its_call() {
     let iso = start(Dialect::Iso);
     let mm = start(Dialect::Heidenhain);
-    let cases: [Refused<'_>; 7] = [
+    let cases: [Refused<'_>; 8] = [
+        (
+            Dialect::Iso,
+            format!("{iso}o2 call\n"),
+            &[("2.ngc", "o2 sub\nM73\nG91 X1\no2 endsub\n")],
+            "line 3, column 1: `M73`",
+        ),
         (
             Dialect::Iso,
             format!("{iso}M98 P2\n"),

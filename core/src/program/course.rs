@@ -110,6 +110,8 @@ pub(super) enum Step {
     Head,
     /// It is an ordinary block. A file that is called and has it is not followed.
     NotInCall,
+    /// It is an ordinary block. In a subprogram with parameters of its own it is not followed.
+    NotInSub,
     /// Nothing: the name of a place.
     Label,
     /// Opens a structure. `WHILE` has its condition, `REPEAT` its number of times.

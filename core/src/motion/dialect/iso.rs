@@ -13,7 +13,7 @@ use crate::units::MM_PER_INCH;
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
-    m: own_m_function,
+    m: m_function,
     cycles: Some(stroke),
     tool_words: ToolWords::LengthByH,
     counts_points: true,
@@ -41,11 +41,6 @@ pub(super) const FEED: FeedRules = FeedRules {
 /// User codes with which RS274 machines switch their kinematics. The linear positions are lost, and the interpolation
 /// is not known unless it is stated.
 const KINEMATICS_SWITCHES: std::ops::RangeInclusive<u32> = 4280..=4300;
-
-/// The meaning of an M code in tenths in ISO programs. M73: RS274 controls restore the modes at the end of the subprogram.
-fn own_m_function(tenths: u32) -> MFunction {
-    if tenths == 730 { MFunction::Unknown } else { m_function(tenths) }
-}
 
 /// The meaning of an M code in tenths.
 pub(super) fn m_function(tenths: u32) -> MFunction {

@@ -281,7 +281,12 @@ impl ProgramRun {
                 _ => next,
             },
             Step::NotInCall if self.file > 0 => Course::Refuse,
-            Step::Plain | Step::End(_) | Step::Entry | Step::Head | Step::NotInCall => Course::Show,
+            Step::NotInSub if self.callers.iter().any(|caller| caller.own == Own::Parameters) => {
+                Course::Refuse
+            }
+            Step::Plain | Step::End(_) | Step::Entry | Step::Head | Step::NotInCall | Step::NotInSub => {
+                Course::Show
+            }
             Step::NotFollowed => Course::Refuse,
             Step::Open(Structure::Sub, _) | Step::Else(_) => self.after(self.turns.end_of(index)),
             Step::Open(Structure::While, piece) if partner.is_some_and(|partner| partner < index) => {

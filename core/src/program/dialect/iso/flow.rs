@@ -22,7 +22,7 @@ pub(super) fn read(batch: &Batch, block: &Block) -> Statement {
         }
         _ => Statement::PLAIN,
     };
-    let is_plain = matches!(statement.step, Step::Plain | Step::End(_) | Step::Entry);
+    let is_plain = matches!(statement.step, Step::Plain | Step::End(_) | Step::Entry | Step::NotInSub);
     if block.flags.has(BlockFlags::DELETE) && !is_plain { Statement::NOT_FOLLOWED } else { statement }
 }
 
@@ -32,7 +32,7 @@ fn of_words(words: &[Word]) -> Statement {
     for word in words {
         present |= word.address.bit();
         if word.address == Address::M
-            && let Some(tenths @ (20 | 300 | 980 | 990)) = word.code_tenths()
+            && let Some(tenths @ (20 | 300 | 730 | 980 | 990)) = word.code_tenths()
         {
             code = Some(tenths);
         }
@@ -44,6 +44,8 @@ fn of_words(words: &[Word]) -> Statement {
     let only = |addresses: u32| present & !(addresses | Address::N.bit() | Address::M.bit()) == 0;
     let m_codes = words.iter().filter(|word| word.address == Address::M).count();
     match code {
+        // M73: RS274 controls restore the modes when the subprogram ends.
+        Some(730) => Statement::of(Step::NotInSub),
         Some(20 | 300) => Statement::of(Step::End(EndInCall::EndsAll)),
         Some(980) if m_codes == 1 && only(Address::P.bit() | Address::L.bit()) => {
             let times = if present & Address::L.bit() == 0 { Some(1.0) } else { number(Address::L) };
