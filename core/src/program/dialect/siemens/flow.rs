@@ -309,7 +309,7 @@ mod tests {
         ] {
             assert_eq!(called(text), Some((name.to_owned(), times)), "{text}");
         }
-        for text in ["POCKET(1,2)", "CALL NAME", "PCALL \"A\"", "L54 P0", "L54 X5", "CALL \"A\" B", "P3"] {
+        for text in ["POCKET(1,2)", "CALL NAME", "PCALL \"A\"", "L54 P0", "L54 X5", "CALL \"A\" B"] {
             assert_eq!(called(text), None, "{text}");
         }
         let of_head = |text: &str| head(text.as_bytes(), 0, text.len()).map(|statement| statement.step);
