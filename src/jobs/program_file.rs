@@ -2,11 +2,10 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::os::unix::fs::FileExt;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::program_files::{StoredProgramFile, StoredProgramFiles};
+use super::program_files::{Part, StoredProgramFile, StoredProgramFiles};
 use crate::process::{OpenSubprogram, ProgramSource};
 use crate::program::{Dialect, Steps};
 use crate::store::{
@@ -88,14 +87,7 @@ impl InputFile {
     /// The dialect that the names of its files show, for example by `.SPF`. The text of a main program alone may show
     /// another one.
     pub(super) fn dialect_of_files(&self) -> Option<Dialect> {
-        let has = |endings: &[&str]| {
-            let names = self.files().iter().map(|part| part.name.to_ascii_lowercase());
-            names.into_iter().any(|name| endings.iter().any(|ending| name.ends_with(ending)))
-        };
-        if has(&[".spf", ".mpf", "_spf", "_mpf"]) {
-            return Some(Dialect::Siemens);
-        }
-        has(&[".h"]).then_some(Dialect::Heidenhain)
+        self.files().iter().find_map(|part| Dialect::of_file(&part.name))
     }
 
     /// Whether its files came as an archive.
@@ -119,7 +111,7 @@ impl InputFile {
 
     fn read_part(&self, part: Option<&StoredProgramFile>) -> Box<dyn Read + Send + '_> {
         let (at, end) = part.map_or((0, u64::MAX), |part| (part.start, part.end));
-        Box::new(Counted { file: &self.file, at, end, read: &self.read })
+        Box::new(Counted { part: Part { file: &self.file, at, end }, read: &self.read })
     }
 
     /// The same program with its loops and calls written out in this draft: one file, known by the digest of the upload.
@@ -165,21 +157,15 @@ impl ProgramSource for InputFile {
     }
 }
 
-/// Reads from its own position in a file that others read too, and counts the bytes.
+/// Reads a part of a file that others read too, and counts the bytes.
 struct Counted<'a> {
-    file: &'a File,
-    at: u64,
-    /// One after the last byte.
-    end: u64,
+    part: Part<'a>,
     read: &'a AtomicU64,
 }
 
 impl Read for Counted<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let left = usize::try_from(self.end.saturating_sub(self.at)).unwrap_or(usize::MAX);
-        let room = buffer.len().min(left);
-        let read = self.file.read_at(buffer.get_mut(..room).unwrap_or_default(), self.at)?;
-        self.at += read as u64;
+        let read = self.part.read(buffer)?;
         // Nothing else is ordered by this number.
         self.read.fetch_add(read as u64, Ordering::Relaxed);
         Ok(read)

@@ -231,7 +231,7 @@ impl StoredProgramFiles {
         Ok(Self::listed(&head, length))
     }
 
-    /// The files of a list; `None` if it is none, or does not fit a file of this length.
+    /// The files that a list names; `None` if the bytes are no list, or if the files have another length together.
     fn listed(head: &[u8], length: u64) -> Option<Self> {
         let end = head.windows(2).position(|two| two == b"\n\n")?;
         let mut lines = std::str::from_utf8(head.get(..end)?).ok()?.split('\n');

@@ -238,3 +238,17 @@ fn a_call_costs_no_more_for_many_places_of_its_name() {
     let refused = understood(Dialect::Iso, &Several { main: &main, files: &files }).expect_err("too long");
     assert!(refused.to_string().contains("250000 blocks"), "{refused}");
 }
+
+#[test]
+fn a_call_costs_no_more_for_many_variables() {
+    // Ninety thousand parameters and nine thousand variables are known at every one of some sixty thousand calls.
+    let lines = |count: u32, line: fn(u32) -> String| (0..count).map(line).collect::<Vec<_>>().concat();
+    let parameters = lines(90_000, |number| format!("R{number}=1\n"));
+    let variables = lines(9_000, |number| format!("DEF REAL V{number}=1\n"));
+    let start = start(Dialect::Siemens);
+    let main = format!("{variables}{start}{parameters}LOOP\nEMPTY\nENDLOOP\n");
+    let files = [("EMPTY.SPF", "DEF REAL V1\nRET\n")];
+    let refused =
+        understood(Dialect::Siemens, &Several { main: &main, files: &files }).expect_err("too long");
+    assert!(refused.to_string().contains("250000 blocks"), "{refused}");
+}

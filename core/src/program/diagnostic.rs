@@ -215,7 +215,9 @@ pub enum DiagnosticCode {
         reason: &'static str,
     },
     /// A called file ends, and nothing leads back to its caller.
-    #[error("`{text}`: the called file ends here without a return; end the subprogram with M99 or ENDSUB")]
+    #[error(
+        "`{text}`: the called file ends here without a return; end the subprogram with M99, ENDSUB or END PGM"
+    )]
     NoReturn {
         /// Its last block.
         text: Excerpt,

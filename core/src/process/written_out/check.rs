@@ -1,15 +1,13 @@
 //! A text that was written out makes the motions of its program.
 
-use std::ops::ControlFlow;
-
 use crate::machine::Machine;
 use crate::motion::{Motion, MotionKind};
 use crate::process::fault::Fault;
 use crate::process::set_up::{ProgramSetup, Stop};
-use crate::process::text::{Passages, ProgramSource};
+use crate::process::text::{Passage, Passages, ProgramSource};
 use crate::program::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt};
 
-/// Numbers are written with six decimals, and several may add up in incremental words \[mm, deg\].
+/// A tenth of what the controls count, for numbers with six decimals that add up in incremental words \[mm, deg\].
 const WRITTEN: f64 = 1e-4;
 
 /// What a motion is compared by.
@@ -44,25 +42,40 @@ impl Seen {
     }
 }
 
-fn motions(
-    machine: &Machine,
-    program: &ProgramSetup,
-    source: &dyn ProgramSource,
-    stop: &Stop<'_>,
-    take: &mut dyn FnMut(Seen) -> ControlFlow<()>,
-) -> Result<(), Fault> {
-    let passages = Passages::open(source, machine, program)?;
-    let mut passages = passages.following_its_run(machine, program).keeping_positions();
-    let mut has_ended = false;
-    passages.work(stop, |passage, _, _| {
-        for (motion, position) in passage.motions.iter().zip(&passage.positions) {
-            has_ended = has_ended || take(Seen::of(motion, *position)).is_break();
-        }
-        Ok(())
-    })
+/// The motions of a program, one after the other.
+struct Motions<'a> {
+    passages: Passages<'a>,
+    present: Passage,
+    /// The next motion of the present passage.
+    next: usize,
 }
 
-/// Compares the motions of a text that was written out with those of its program.
+impl<'a> Motions<'a> {
+    fn open(machine: &Machine, program: &ProgramSetup, source: &'a dyn ProgramSource) -> Result<Self, Fault> {
+        let passages = Passages::open(source, machine, program)?;
+        let passages = passages.following_its_run(machine, program).keeping_positions();
+        Ok(Self { passages, present: Passage::default(), next: 0 })
+    }
+
+    fn next(&mut self, stop: &Stop<'_>) -> Result<Option<Seen>, Fault> {
+        loop {
+            let Passage { motions, positions, .. } = &self.present;
+            if let Some((motion, position)) = motions.get(self.next).zip(positions.get(self.next)) {
+                self.next += 1;
+                return Ok(Some(Seen::of(motion, *position)));
+            }
+            if stop().is_break() {
+                return Err(Fault::Cancelled);
+            }
+            let Some((passage, _)) = self.passages.next()? else { return Ok(None) };
+            self.passages.recycle(std::mem::replace(&mut self.present, passage));
+            self.next = 0;
+        }
+    }
+}
+
+/// Compares the motions of a text that was written out with those of its program, side by side, so that their number
+/// takes no memory.
 ///
 /// # Errors
 /// They differ, one of them cannot be read, or the caller no longer waits.
@@ -73,25 +86,20 @@ pub(super) fn check(
     written: &dyn ProgramSource,
     stop: &Stop<'_>,
 ) -> Result<(), Fault> {
-    let mut expected = Vec::new();
-    motions(machine, program, source, stop, &mut |seen| {
-        expected.push(seen);
-        ControlFlow::Continue(())
-    })?;
-    let (mut count, mut differs) = (0, None);
-    motions(machine, program, written, stop, &mut |seen| {
-        let like = expected.get(count).filter(|expected| expected.is_like(&seen));
-        if like.is_none() {
-            differs = Some(expected.get(count).map_or(0, |expected| expected.line));
-            return ControlFlow::Break(());
+    let mut expected = Motions::open(machine, program, source)?;
+    let mut found = Motions::open(machine, program, written)?;
+    let mut last_line = 0;
+    let line = loop {
+        match (expected.next(stop)?, found.next(stop)?) {
+            (None, None) => break None,
+            (Some(one), Some(other)) if one.is_like(&other) => last_line = one.line,
+            (Some(one), _) => break Some(one.line),
+            (None, Some(_)) => break Some(last_line),
         }
-        count += 1;
-        ControlFlow::Continue(())
-    })?;
-    if differs.is_none() && count < expected.len() {
-        differs = expected.get(count).map(|expected| expected.line);
-    }
-    let Some(line) = differs else { return Ok(()) };
+    };
+    expected.passages.refusals()?;
+    found.passages.refusals()?;
+    let Some(line) = line else { return Ok(()) };
     let reason = "the motion written out is not that of the program: rounded values add up, or a code is computed; write numbers, or send the program without flatten";
     let mut refusals = Diagnostics::new();
     refusals.push(Diagnostic {

@@ -3,7 +3,6 @@
 use std::io::{self, Write};
 
 use super::check::check;
-use super::variables::Variables;
 use crate::machine::Machine;
 use crate::motion::{Motion, Unfollowable};
 use crate::process::fault::Fault;
@@ -11,7 +10,7 @@ use crate::process::set_up::{ProgramSetup, Stop};
 use crate::process::text::{Passages, ProgramSource};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Dialect,
-    Excerpt, Keyword, Word, WordForm, print_decimal,
+    Excerpt, Keyword, OwnNames, Word, WordForm, WritingOut, print_decimal,
 };
 
 /// Decimals of a value that was computed. A millionth of a millimetre or of a degree is finer than any control counts.
@@ -51,7 +50,7 @@ pub fn write_out<W: Write, S: ProgramSource>(
     let mut writer = Writer {
         out,
         dialect: Dialect::Iso,
-        variables: Variables::default(),
+        own: OwnNames::default(),
         tail: Tail::default(),
         refusals: Diagnostics::new(),
         done: WrittenOut { dialect: Dialect::Iso, assignments: 0, first_assignment: None },
@@ -104,15 +103,19 @@ fn is_assignment(word: &Word) -> bool {
 struct Writer<W> {
     out: W,
     dialect: Dialect,
-    variables: Variables,
+    own: OwnNames,
     tail: Tail,
     refusals: Diagnostics,
     done: WrittenOut,
-    /// The program defines a cycle of a Heidenhain control, which uses Q parameters.
+    /// The program defines a cycle that uses parameters of the program.
     has_cycle: bool,
 }
 
 impl<W: Write> Writer<W> {
+    fn rules(&self) -> &'static WritingOut {
+        &self.dialect.rules().writing_out
+    }
+
     fn batch(&mut self, batch: &Batch, motions: &[Motion]) -> Result<(), Fault> {
         let mut motions = motions.iter().peekable();
         for (index, block) in batch.blocks().iter().enumerate() {
@@ -168,10 +171,10 @@ impl<W: Write> Writer<W> {
         if !matches!(block.kind, BlockKind::Words | BlockKind::Assignment) {
             return Ok(Some(text.to_vec()));
         }
-        if assigns && self.dialect == Dialect::Heidenhain {
+        if assigns && self.rules().cycle.is_some() {
             // The parameters of a cycle.
             let values = text.split(|byte| *byte == b'=').skip(1);
-            let is_fixed = values.into_iter().all(|value| !self.variables.are_named_in(self.dialect, value));
+            let is_fixed = values.into_iter().all(|value| !(self.rules().names_value)(value, &self.own));
             return if is_fixed { Ok(Some(text.to_vec())) } else { Err(reasons::VALUE) };
         }
         if assigns && !words.iter().any(is_assignment) {
@@ -187,7 +190,7 @@ impl<W: Write> Writer<W> {
             return Err(reasons::VALUE);
         }
         let text = self.with_numbers(batch, block, words);
-        if self.variables.are_named_in(self.dialect, &text) {
+        if (self.rules().names_value)(&text, &self.own) {
             return Err(reasons::VALUE);
         }
         Ok(Some(text))
@@ -196,13 +199,13 @@ impl<W: Write> Writer<W> {
     /// Notes the variables that a block declares or sets.
     fn note_variables(&mut self, batch: &Batch, block: &Block) {
         for word in batch.words(block).iter().filter(|word| is_assignment(word)) {
-            self.variables.note(batch.word_text(word));
+            self.own.note(batch.word_text(word));
         }
     }
 
     /// Leaves an assignment out, if nothing else uses what it sets.
     fn leave_out(&mut self, block: &Block, text: &[u8]) -> Result<(), &'static str> {
-        if !self.variables.are_own(self.dialect, text) {
+        if !(self.rules().is_own)(text, &self.own) {
             return Err(reasons::SYSTEM);
         }
         if self.has_cycle {
@@ -272,11 +275,11 @@ impl<W: Write> Writer<W> {
         // controls read a length in least increments.
         let zeros = number.iter().rev().take_while(|byte| **byte == b'0').count();
         number.truncate(number.len() - zeros.min(if is_length { SPARE_DECIMALS } else { DECIMALS.into() }));
-        let keeps_point = self.dialect == Dialect::Iso && matches!(word.address, Address::F | Address::E);
+        let keeps_point = self.rules().feed_keeps_point && matches!(word.address, Address::F | Address::E);
         if number.last() == Some(&b'.') && !keeps_point {
             number.pop();
         }
-        if self.dialect == Dialect::Heidenhain && is_place && number.first() != Some(&b'-') {
+        if self.rules().places_have_signs && is_place && number.first() != Some(&b'-') {
             number.insert(0, b'+');
         }
         number

@@ -36,7 +36,7 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Those of a main program of so many blocks, and of subprograms behind it.
+    /// The files of a program. The main program has the first `main_blocks` blocks, then come the subprograms.
     pub(super) fn new(main_blocks: usize, subprograms: &[SubprogramFile]) -> Self {
         let main = 0..main_blocks;
         let mut files = Self {

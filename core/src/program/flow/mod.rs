@@ -4,6 +4,7 @@
 //! A condition whose value is not known ends the run with its statement, which refuses the program. A call of a
 //! program that is in no file is an ordinary block, after which nothing is known.
 
+mod calls;
 mod files;
 mod places;
 mod run;

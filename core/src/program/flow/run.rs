@@ -7,7 +7,7 @@ use std::num::NonZeroU16;
 use super::files::{Files, SubprogramFile};
 use super::places::{Turn, Turns};
 use crate::program::course::{
-    Callee, Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When,
+    Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When,
 };
 use crate::program::{
     Batch, Block, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode, Dialect, Excerpt,
@@ -18,8 +18,6 @@ use crate::program::{
 const MAX_STEPS: u64 = 250_000;
 /// Bytes of an expression that count as one more statement.
 const STEP_BYTES: u64 = 32;
-/// The most calls inside each other. Controls allow between 4 and 16.
-const MAX_CALLS: usize = 32;
 
 /// Numbers that differ by less than this share may compare either way in the arithmetic of another control.
 const ON_EDGE: f64 = 1e-9;
@@ -33,7 +31,7 @@ fn order(left: f64, right: f64) -> Option<Ordering> {
 
 /// What a called text does not share with its caller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Own {
+pub(super) enum Own {
     Nothing,
     /// Its parameters.
     Parameters,
@@ -43,24 +41,24 @@ enum Own {
 
 /// What calls the present text.
 #[derive(Debug)]
-struct Caller {
+pub(super) struct Caller {
     /// The block after the call.
-    back: usize,
+    pub(super) back: usize,
     /// The block at which the called text begins.
-    begin: usize,
+    pub(super) begin: usize,
     /// The file of the caller, and the line of the call in it.
-    file: usize,
-    line: u64,
+    pub(super) file: usize,
+    pub(super) line: u64,
     /// How often it still runs after this time.
-    again: u32,
+    pub(super) again: u32,
     /// What it does not share with its caller.
-    own: Own,
+    pub(super) own: Own,
     /// The repetitions of the caller that are under way.
-    repetitions: BTreeMap<usize, u64>,
+    pub(super) repetitions: BTreeMap<usize, u64>,
 }
 
 /// The effect of a statement.
-enum Course {
+pub(super) enum Course {
     /// The next block to run.
     GoOn(usize),
     /// The statement is an ordinary block.
@@ -74,21 +72,21 @@ enum Course {
 /// A program that is run block by block. Conditions are computed from the values that the text fixes.
 #[derive(Debug)]
 pub struct ProgramRun {
-    batches: Vec<Batch>,
+    pub(super) batches: Vec<Batch>,
     /// The index of the first block of every batch.
     first_blocks: Vec<usize>,
-    files: Files,
+    pub(super) files: Files,
     /// The name of the main program's head.
     main_head: Option<PlaceName>,
     /// The file of the next block.
-    file: usize,
-    turns: Turns,
-    constants: Constants,
+    pub(super) file: usize,
+    pub(super) turns: Turns,
+    pub(super) constants: Constants,
     /// The next block.
-    at: usize,
-    callers: Vec<Caller>,
+    pub(super) at: usize,
+    pub(super) callers: Vec<Caller>,
     /// How often repetitions still have to run, by the index of their turn.
-    repetitions: BTreeMap<usize, u64>,
+    pub(super) repetitions: BTreeMap<usize, u64>,
     steps: u64,
     has_ended: bool,
 }
@@ -234,7 +232,7 @@ impl ProgramRun {
     }
 
     /// The line of the present block in its file.
-    fn line(&self) -> u64 {
+    pub(super) fn line(&self) -> u64 {
         let Some((batch, first)) = self.batch_of(self.at) else { return 0 };
         batch.blocks().get(self.at - first).map_or(0, |block| block.line)
     }
@@ -245,12 +243,12 @@ impl ProgramRun {
         batch.blocks().get(self.at - first).map_or(&[], |block| batch.block_text(block))
     }
 
-    fn excerpt(&self) -> Excerpt {
+    pub(super) fn excerpt(&self) -> Excerpt {
         Excerpt::new(self.text().trim_ascii())
     }
 
     /// The value of a piece of the present block. A long expression counts as several statements.
-    fn value(&mut self, piece: Piece) -> Option<f64> {
+    pub(super) fn value(&mut self, piece: Piece) -> Option<f64> {
         let text = piece.of(self.text()).trim_ascii().to_vec();
         self.steps += text.len() as u64 / STEP_BYTES;
         self.constants.value(&text)
@@ -473,106 +471,6 @@ impl ProgramRun {
             }
         }
         Course::GoOn(self.at + 1)
-    }
-
-    /// A call of an O word. A subprogram that is in no file is called as an ordinary block.
-    fn call_own(&mut self, name: Option<&PlaceName>, arguments: &[Piece]) -> Course {
-        let Some(name) = name else { return Course::Show };
-        let within =
-            |file: usize| self.turns.subprogram(name, &self.files.blocks(file)).map(|turn| (file, turn));
-        let found = within(self.file).or_else(|| within(self.files.named(name)?)).or_else(|| within(0));
-        let Some((file, begin)) = found else { return Course::Show };
-        let Some(begin) = self.turns.get(begin).filter(|turn| turn.partner.is_some()) else {
-            return Course::Refuse;
-        };
-        let begin = begin.block + 1;
-        let values: Vec<_> = arguments.iter().map(|piece| self.value(*piece)).collect();
-        let course = self.enter(begin, file, 1, Own::Parameters);
-        if matches!(course, Course::GoOn(_)) {
-            self.constants.enter(&values);
-        }
-        course
-    }
-
-    /// A call of a program, a file or a label.
-    fn call(&mut self, name: Option<&PlaceName>, callee: Callee, times: u32) -> Course {
-        let Some(name) = name else { return Course::Show };
-        if callee != Callee::File
-            && let Some(place) = self.turns.place(name, &self.files.blocks(self.file))
-        {
-            return self.enter(place + 1, self.file, times, Own::Nothing);
-        }
-        if callee == Callee::Place {
-            return Course::Show;
-        }
-        let Some(file) = self.files.named(name) else { return Course::Show };
-        // A file may have several programs.
-        let place = self.turns.place(name, &self.files.body(file)).filter(|_| callee == Callee::Program);
-        if place.is_none()
-            && callee == Callee::Program
-            && self.files.name(file).is_some_and(|own| own != name)
-        {
-            // The control would know the file by the number in its text.
-            return Course::Show;
-        }
-        let begin = place.map_or(self.files.body(file).start, |place| place + 1);
-        let course = self.enter(begin, file, times, Own::Variables);
-        if matches!(course, Course::GoOn(_)) {
-            self.constants.enter_file();
-        }
-        course
-    }
-
-    fn enter(&mut self, begin: usize, file: usize, times: u32, own: Own) -> Course {
-        if self.callers.len() >= MAX_CALLS {
-            return Course::Fail(DiagnosticCode::CallsTooDeep { text: self.excerpt(), max: MAX_CALLS });
-        }
-        let repetitions = std::mem::take(&mut self.repetitions);
-        let (again, back) = (times.saturating_sub(1), self.at + 1);
-        let line = self.line();
-        self.callers.push(Caller { back, begin, file: self.file, line, again, own, repetitions });
-        self.file = file;
-        Course::GoOn(begin)
-    }
-
-    /// A called file has no more blocks.
-    fn end_of_file(&mut self) -> Course {
-        let dialect = self.batches.first().map_or(Dialect::Iso, Batch::dialect);
-        if dialect.rules().file_end_returns {
-            return self.return_from_call(true);
-        }
-        // The message stands at its last block.
-        let body = self.files.body(self.file);
-        self.at = self.at.saturating_sub(1).max(body.start.saturating_sub(1));
-        Course::Fail(DiagnosticCode::NoReturn { text: self.excerpt() })
-    }
-
-    /// The end of a called text. `shows`: without a call, the statement is an ordinary block.
-    fn return_from_call(&mut self, shows: bool) -> Course {
-        match self.callers.last_mut() {
-            Some(caller) if caller.again > 0 => {
-                caller.again -= 1;
-                self.repetitions.clear();
-                let begin = caller.begin;
-                if caller.own == Own::Variables {
-                    self.constants.leave_file();
-                    self.constants.enter_file();
-                }
-                return Course::GoOn(begin);
-            }
-            Some(_) => {}
-            None if shows => return Course::Show,
-            None => return Course::GoOn(self.at + 1),
-        }
-        let Some(caller) = self.callers.pop() else { return Course::Refuse };
-        match caller.own {
-            Own::Nothing => {}
-            Own::Parameters => self.constants.leave(),
-            Own::Variables => self.constants.leave_file(),
-        }
-        self.file = caller.file;
-        self.repetitions = caller.repetitions;
-        Course::GoOn(caller.back)
     }
 
     /// `CALL LBL 5 REP 2`: the text from the label to here runs twice more.

@@ -8,6 +8,7 @@ mod line;
 mod path;
 mod statement;
 mod write;
+mod writing_out;
 
 use super::detect::starts;
 use super::number::{self, Spelling};
@@ -30,6 +31,8 @@ pub(super) const RULES: DialectRules = DialectRules {
     arithmetic: Arithmetic::Heidenhain,
     flow: Some(flow::read),
     file_end_returns: false,
+    writing_out: writing_out::RULES,
+    file_endings: &[".h"],
     stamp: Some(StampForm {
         after: StampAfter::LineWith(b"BEGIN PGM"),
         comment: ["; ", ""],

@@ -9,6 +9,7 @@ mod flow;
 mod line;
 mod names;
 mod statement;
+mod writing_out;
 
 pub(super) use detect::assigns_a_word;
 
@@ -31,6 +32,8 @@ pub(super) const RULES: DialectRules = DialectRules {
     arithmetic: Arithmetic::Siemens,
     flow: Some(flow::read),
     file_end_returns: true,
+    writing_out: writing_out::RULES,
+    file_endings: &[".spf", ".mpf", "_spf", "_mpf"],
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"%", b";$"]),
         comment: ["; ", ""],
