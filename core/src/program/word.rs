@@ -17,7 +17,7 @@ pub enum WordForm {
     Evaluated,
     /// An expression, parameter or function with an unknown value, which reads as 0.
     Expression,
-    /// A name instead of a number: `T="BALL_10"`, `O<POCKET>`. The value reads as 0; the name is [`Batch::name`].
+    /// A name instead of a number: `T="BALL_10"`, `O<POCKET>`. The value reads as 0; the name is `Batch::name`.
     Name,
     /// A statement word, `TRAORI` or `FMAX`: address G, the value is the number of its [`Keyword`].
     Keyword,
