@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::DemoFault;
 use crate::config::ConfigFault;
-use crate::jobs::{CompensatorFault, ComputeFault, JobFault};
+use crate::jobs::{CompensatorFault, ComputeFault, JobFault, ProgramFilesFault};
 use crate::store::{BackupFault, BlobFault, LockFault, StoreError};
 use crate::wire::{Fault, Unreadable};
 
@@ -55,6 +55,9 @@ pub enum CommandFault {
     /// The working files cannot be used.
     #[error("the working files cannot be used: {0}")]
     Blobs(#[from] BlobFault),
+    /// The files do not make one program.
+    #[error(transparent)]
+    Files(ProgramFilesFault),
     /// The machine's file is not a profile.
     #[error("the machine's profile is refused: {0}")]
     UnreadableMachine(Unreadable),

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::cc_compensator::core_parameters;
+use super::flattening::Flattened;
 use super::part_surface::part_surface;
 use super::stamping::{Leaving, Stamping};
 use super::step_files::StepFiles;
@@ -36,6 +37,11 @@ impl ProgramParameters for CcParameters {
         let compensator = Arc::clone(&means.compensator);
         let in_turn = 1 + u32::from(self.singularity != SingularityAction::Report);
         Ok(Prepared::new(cost, move |place| {
+            let Workplace { program, spool, stop, .. } = place;
+            asked.program.dialect = asked.program.dialect.or(program.dialect_of_files());
+            let flat = Flattened::of(self.flatten, &on.machine, &asked.program, program, spool, stop)?;
+            asked.program.dialect = flat.as_ref().map(Flattened::dialect).or(asked.program.dialect);
+            let place = place.with(flat.as_ref());
             let Workplace { program, surface, spool, threads, stop, survey } = place;
             asked.program.steps_done = program.steps_done;
             asked.program.survey = survey;
@@ -48,7 +54,7 @@ impl ProgramParameters for CcParameters {
                 Stamping { on: &on, operation: Self::OPERATION, parameters: &parameters, form: self.stamp };
             let mut output = stamping.output(&place, self.steps(), &asked.program, &resolve)?;
             let resting = StepFiles::new(spool.blobs().clone(), program);
-            let Compensated { findings, dialect, steps, reading } = compensator.compensate(
+            let Compensated { mut findings, dialect, steps, reading } = compensator.compensate(
                 &on.machine,
                 &asked,
                 &singularity,
@@ -58,6 +64,7 @@ impl ProgramParameters for CcParameters {
                 threads,
                 stop,
             )?;
+            findings.warnings.extend(flat.as_ref().map(Flattened::warning));
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let leaving = Leaving { output, resolved: resolve(&reading)?, dialect, steps };
             let motions_checked = Some(findings.motions_checked);

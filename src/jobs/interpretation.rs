@@ -8,6 +8,7 @@ use super::workplace::written;
 use super::{CompensatorFault, Compute, Cost, InputFile, JobFault, MachineUsed, Means, Spool};
 use crate::motion::ToolKey;
 use crate::process::{self, Fault, Interpretation, Interpreted, ProgramSetup, Stop};
+use crate::program::PlaceInFile;
 use crate::store::Draft;
 use crate::wire::{
     FaultList, InterpretationEnd, InterpretationParameters, InterpretationTable, InterpretedMotionDoc,
@@ -46,6 +47,8 @@ pub async fn interpret(
     let spool = spool.clone();
     let work = move |stop: &Stop<'_>| -> Result<(Draft, u64), JobFault> {
         let source = InputFile::of(&program).map_err(CompensatorFault::Io)?;
+        let dialect = set_up.dialect.or(source.dialect_of_files());
+        let set_up = ProgramSetup { dialect, ..set_up.clone() };
         let answer = Answering { on: &on, parameters: &parameters, set_up: &set_up, spool: &spool };
         match form {
             InterpretationForm::Json => answer.json(&source, stop),
@@ -81,9 +84,9 @@ impl Answering<'_> {
         Ok(read.map_err(in_words_of_the_wire)?)
     }
 
-    fn motion(&self, motion: &process::InterpretedMotion) -> InterpretedMotionDoc {
+    fn motion(&self, source: &InputFile, motion: &process::InterpretedMotion) -> InterpretedMotionDoc {
         let number_of = |key: ToolKey| self.on.shelf.table().find(key).and_then(|(_, tool)| tool.number);
-        InterpretedMotionDoc::of(motion, &self.on.machine, &number_of)
+        InterpretedMotionDoc::of(motion, name(source, motion.called), &self.on.machine, &number_of)
     }
 
     fn table(&self, source: &InputFile, stop: &Stop<'_>) -> Result<(Draft, u64), JobFault> {
@@ -91,7 +94,7 @@ impl Answering<'_> {
         let mut table = InterpretationTable::new(self.output()?, &self.on.machine).map_err(in_table)?;
         let mut alone = 0_u64;
         let mut take = |told: &Interpreted| match told {
-            Interpreted::Motion(motion) => table.add(&self.motion(motion)).map_err(fault_of_table),
+            Interpreted::Motion(motion) => table.add(&self.motion(source, motion)).map_err(fault_of_table),
             Interpreted::LeftAlone { .. } => {
                 alone += 1;
                 Ok(())
@@ -109,9 +112,10 @@ impl Answering<'_> {
         let (mut motions, mut alone) = (0_u64, 0_u64);
         out.write_all(b"{\"motions\":[").map_err(CompensatorFault::Io)?;
         let mut take = |told: &Interpreted| match told {
-            Interpreted::Motion(motion) => element(&mut out, &mut motions, &self.motion(motion)),
-            Interpreted::LeftAlone { line, reason } => {
-                let doc = LeftAloneDoc { line: *line, reason: reason.to_string() };
+            Interpreted::Motion(motion) => element(&mut out, &mut motions, &self.motion(source, motion)),
+            Interpreted::LeftAlone { line, called, reason } => {
+                let line = called.map_or(*line, |place| u64::from(place.line));
+                let doc = LeftAloneDoc { line, file: name(source, *called), reason: reason.to_string() };
                 element(&mut left, &mut alone, &doc)
             }
         };
@@ -137,6 +141,11 @@ impl Answering<'_> {
         finish().map_err(CompensatorFault::Io)?;
         Ok((written(out)?, alone))
     }
+}
+
+/// The name of a file that the program calls.
+fn name(source: &InputFile, called: Option<PlaceInFile>) -> Option<String> {
+    source.name_of(called?.file.get()).map(str::to_owned)
 }
 
 /// Writes one more element of an array.

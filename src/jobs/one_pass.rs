@@ -2,6 +2,7 @@
 
 use super::cc_compensation::{missing_tool, treats};
 use super::cc_compensator::{core_parameters, findings as cc_findings};
+use super::flattening::Flattened;
 use super::part_surface::part_surface;
 use super::refusals::in_words_of_the_wire;
 use super::stamping::{Leaving, Stamping};
@@ -74,6 +75,11 @@ impl ProgramParameters for CompensationParameters {
         let length = sizes.program_length;
         let steps = Cost::of_program(length, self.tolerance_um()) + Cost::of_moving_ends(length);
         Ok(Prepared::new(steps + sizes.cost_of_part(), move |place| {
+            let Workplace { program, spool, stop, .. } = place;
+            core.program.dialect = core.program.dialect.or(program.dialect_of_files());
+            let flat = Flattened::of(self.flatten, &on.machine, &core.program, program, spool, stop)?;
+            core.program.dialect = flat.as_ref().map(Flattened::dialect).or(core.program.dialect);
+            let place = place.with(flat.as_ref());
             let Workplace { program, surface, spool, threads, stop, survey } = place;
             core.program.steps_done = program.steps_done;
             core.program.survey = survey;
@@ -104,7 +110,8 @@ impl ProgramParameters for CompensationParameters {
             )
             .map_err(|fault| at_its_step(fault, &self))?;
             let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
-            let findings = findings(&self, changes.sha256(), &done);
+            let mut findings = findings(&self, changes.sha256(), &done);
+            findings.warnings.extend(flat.as_ref().map(Flattened::warning));
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let (dialect, steps) = (done.dialect, done.steps);
             let leaving = Leaving { output, resolved: resolve(&done.reading)?, dialect, steps };

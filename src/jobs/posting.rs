@@ -35,6 +35,7 @@ fn unless_it_leaves_its_path(report: &process::PostReport) -> Result<(), Compens
 impl ProgramParameters for PostingParameters {
     const OPERATION: JobOperation = JobOperation::Posting;
     const LOOKS_AT_PART: bool = false;
+    const CALLS_FILES: bool = false;
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut core = self.to_core(&on.machine)?;

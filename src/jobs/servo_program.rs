@@ -19,6 +19,7 @@ impl ProgramParameters for ServoProgramParameters {
         core.max_samples = core.max_samples.min(Cost::servo_samples_within(means.max_cost_s));
         let cost = Cost::of_program_reading(sizes.program_length);
         Ok(Prepared::new(cost, move |Workplace { program, stop, .. }| {
+            core.program.dialect = core.program.dialect.or(program.dialect_of_files());
             let simulation = match process::simulate(&on.machine, &core, program, stop) {
                 Ok(simulation) => simulation,
                 Err(process::Fault::Servo(fault)) => return Err(fault.into()),

@@ -2,6 +2,8 @@
 
 use std::io::{self, BufWriter, Read, Write};
 
+use super::archive_of_files::archive_with;
+use super::program_files::ProgramFilesFault;
 use super::workplace::{Finished, Workplace, written};
 use super::{CompensatorFault, InputFile, JobFault, MachineUsed};
 use crate::process::{Interpretation, ProgramReading, ProgramSetup, ProgramSource, interpret_program};
@@ -93,7 +95,15 @@ impl Stamping<'_> {
         } else {
             Some(self.stamp(place.program, steps, &resolved)?)
         };
-        let output = output.with_stamp(dialect, stamp.as_ref())?;
+        let mut output = output.with_stamp(dialect, stamp.as_ref())?;
+        if place.program.is_archive() {
+            let archive = archive_with(place.spool, place.program, &output);
+            output = archive.map_err(|fault| match fault {
+                ProgramFilesFault::Write(fault) => JobFault::from(CompensatorFault::Io(fault)),
+                ProgramFilesFault::File(fault) => fault.into(),
+                fault => CompensatorFault::Io(io::Error::other(fault)).into(),
+            })?;
+        }
         let provenance =
             Provenance { steps: Some(StepName::all_of(steps)), ..self.on.provenance(place.program, &output) };
         let report = report(provenance, resolved);

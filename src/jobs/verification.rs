@@ -45,7 +45,9 @@ impl ProgramParameters for VerificationParameters {
         let [max_pieces, max_pairs] = Cost::pieces_and_pairs_within(means.max_cost_s);
         Ok(Prepared::new(cost, move |place| {
             let Workplace { program, surface: uploaded, spool, threads, stop, .. } = place;
-            let core = &process::VerificationParameters { max_pairs, max_pieces, ..core.clone() };
+            let mut core = process::VerificationParameters { max_pairs, max_pieces, ..core.clone() };
+            core.program.dialect = core.program.dialect.or(program.dialect_of_files());
+            let core = &core;
             let reading = self.surface_reading();
             let part = uploaded.map(|uploaded| read_part(uploaded, &reading.settings(), stop)).transpose()?;
             let samples = match (&surface, &part) {

@@ -1,5 +1,6 @@
 //! The compensation for a worn cutter, as work on a program.
 
+use super::flattening::Flattened;
 use super::part_surface::part_surface;
 use super::program_figure::points_of;
 use super::refusals::in_words_of_the_wire;
@@ -35,6 +36,11 @@ impl ProgramParameters for WearParameters {
         core.budget = Cost::budget_within(means.max_cost_s);
         let cost = Cost::of_moving_ends(sizes.program_length) + sizes.cost_of_part();
         Ok(Prepared::new(cost, move |place| {
+            let Workplace { program, spool, stop, .. } = place;
+            core.program.dialect = core.program.dialect.or(program.dialect_of_files());
+            let flat = Flattened::of(self.flatten, &on.machine, &core.program, program, spool, stop)?;
+            core.program.dialect = flat.as_ref().map(Flattened::dialect).or(core.program.dialect);
+            let place = place.with(flat.as_ref());
             let Workplace { program, surface, threads, stop, .. } = place;
             core.program.steps_done = program.steps_done;
             core.program.survey = place.survey;
@@ -52,7 +58,8 @@ impl ProgramParameters for WearParameters {
                 stop,
             );
             let moved = moved.map_err(in_words_of_the_wire)?;
-            let findings = findings(&self, &moved);
+            let mut findings = findings(&self, &moved);
+            findings.warnings.extend(flat.as_ref().map(Flattened::warning));
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let (dialect, steps) = (moved.dialect, moved.steps);
             let leaving = Leaving { output, resolved: resolve(&moved.reading)?, dialect, steps };

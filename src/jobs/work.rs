@@ -174,6 +174,8 @@ pub trait ProgramParameters: Serialize + DeserializeOwned + Send + 'static {
     const OPERATION: JobOperation;
     /// Whether it uses the part's surface, if one comes with the program.
     const LOOKS_AT_PART: bool;
+    /// Whether the program may come with files that it calls.
+    const CALLS_FILES: bool = true;
 
     /// The requested steps that must not be applied twice: a program that is a stored output of one of them is
     /// refused.

@@ -2,6 +2,7 @@
 
 use std::io::BufWriter;
 
+use super::flattening::Flattened;
 use super::{CompensatorFault, InputFile, JobFault, Spool, Threads};
 use crate::process::{Stop, SurveyExtent};
 use crate::program::Steps;
@@ -45,6 +46,11 @@ impl<'a> Workplace<'a> {
         stop: &'a Stop<'a>,
     ) -> Self {
         Self { program, surface, spool, threads, stop, survey: SurveyExtent::Whole }
+    }
+
+    /// The same place with the program whose loops and calls are written out, if there is one.
+    pub(super) fn with(self, flattened: Option<&'a Flattened>) -> Self {
+        Self { program: flattened.map_or(self.program, |flattened| &flattened.program), ..self }
     }
 
     /// A new result.

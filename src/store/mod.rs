@@ -59,7 +59,7 @@ pub use api_keys::ApiKeyRow;
 pub use audit::{Actor, AuditFilter};
 pub use audit_chain::{AuditChain, AuditHead, ChainFault, NoHead};
 pub use backup::{BackupFault, BackupFile, DATABASE_NAME, Manifest, back_up, content_of, restore};
-pub use blobs::{BlobFault, Blobs, Sha256Hex, SoundFile, sha256_hex};
+pub use blobs::{BlobFault, Blobs, Sha256Hex, SoundFile, hex, sha256_hex};
 pub use calibrations::{
     CalibrationAge, CalibrationFilter, CalibrationRow, CalibrationUse, NewCalibration, TrendQuery,
 };

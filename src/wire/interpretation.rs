@@ -50,7 +50,7 @@ impl Serialize for JointsInOrder {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[schema(as = InterpretedMotion)]
 pub struct InterpretedMotionDoc {
-    /// Line of the upload, 1-based.
+    /// Line of its file, 1-based.
     pub line: u64,
     /// The file that contains the line; null for the main program.
     pub file: Option<String>,
@@ -91,8 +91,11 @@ pub struct InterpretedMotionDoc {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
 #[schema(as = MotionLeftAlone)]
 pub struct LeftAloneDoc {
-    /// Line of the upload, 1-based.
+    /// Line of its file, 1-based.
     pub line: u64,
+    /// The file that contains the line, if it is not the main program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
     /// The reason.
     pub reason: String,
 }
@@ -142,18 +145,19 @@ impl MotionKindDoc {
 }
 
 impl InterpretedMotionDoc {
-    /// A motion on this machine; `number_of` gives the number that a tool has in the tool table.
+    /// A motion of this file on this machine; `number_of` gives the number that a tool has in the tool table.
     #[must_use]
     pub fn of(
         motion: &InterpretedMotion,
+        file: Option<String>,
         machine: &Machine,
         number_of: &dyn Fn(ToolKey) -> Option<u32>,
     ) -> Self {
         let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let letters = ['X', 'Y', 'Z', first, second];
         Self {
-            line: motion.line,
-            file: None,
+            line: motion.called.map_or(motion.line, |place| u64::from(place.line)),
+            file,
             kind: MotionKindDoc::of(motion.kind),
             joints: JointsInOrder { letters, words: motion.joints },
             tip_mm: motion.tip_mm,

@@ -245,6 +245,7 @@ mod tests {
         let place = f64::from(line);
         InterpretedMotion {
             line: line.into(),
+            called: None,
             kind,
             joints: [Some(place); 5],
             tip_mm: Some([place, 0.0, 0.0]),

@@ -125,6 +125,11 @@ pub struct CompensationParameters {
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
+    /// Write the loops and calls of the program out, and compensate the result: one program without loops and
+    /// calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schema(default = false)]
+    pub flatten: bool,
     /// Treatment of singular regions, before all other steps.
     #[serde(default)]
     pub singularity: SingularityAction,

@@ -124,6 +124,11 @@ pub struct WearParameters {
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
+    /// Write the loops and calls of the program out, and compensate the result: one program without loops and
+    /// calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schema(default = false)]
+    pub flatten: bool,
     /// For the advice in the report, with `stepover_mm`: the scallop height that is allowed above the
     /// surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -166,6 +171,7 @@ impl WearParameters {
             max_feed_mm_per_min: None,
             stamp: StampForm::default(),
             allow_repeated: false,
+            flatten: false,
             allowed_scallop_um: None,
             stepover_mm: None,
             surface: None,

@@ -61,6 +61,7 @@ mod scale_out;
 mod security;
 mod service;
 mod servo;
+mod several_files;
 mod shares;
 mod stamps;
 mod support;

@@ -32,6 +32,7 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("interpret", &["text"]),
             ("simulate", &["text"]),
             ("virtual_cutting", &["text"]),
+            ("written_out", &["text"]),
             ("post", &["pipeline"]),
         ],
     ),

@@ -46,11 +46,11 @@ fn understood(dialect: Dialect, text: &str) -> Result<Vec<Interpreted>, Fault> {
 type Place = ([Option<f64>; 5], Option<f64>);
 
 /// Places of all motions, none of which is left alone.
-fn places(dialect: Dialect, text: &str) -> Vec<Place> {
+pub(crate) fn places(dialect: Dialect, text: &str) -> Vec<Place> {
     let found = understood(dialect, text).unwrap_or_else(|fault| panic!("{text}\n{fault}"));
     let places = found.into_iter().map(|told| match told {
         Interpreted::Motion(motion) => (motion.joints, motion.feed_mm_per_min),
-        Interpreted::LeftAlone { line, reason } => panic!("{text}\nline {line}: {reason}"),
+        Interpreted::LeftAlone { line, reason, .. } => panic!("{text}\nline {line}: {reason}"),
     });
     places.collect()
 }
@@ -60,7 +60,7 @@ fn refusal(dialect: Dialect, text: &str) -> String {
 }
 
 /// A program, and the same motions written out.
-const ALIKE: [(Dialect, &str, &str); 14] = [
+pub(crate) const ALIKE: [(Dialect, &str, &str); 14] = [
     // O words: own parameters, conditions, loops of every kind.
     (
         Dialect::Iso,

@@ -38,7 +38,7 @@ fn motions(dialect: Dialect, text: &str) -> Vec<(InterpretedKind, [Option<f64>; 
             let [x, y, z, ..] = motion.joints;
             (motion.kind, [x, y, z], motion.feed_mm_per_min)
         }
-        Interpreted::LeftAlone { line, reason } => panic!("{text}\nline {line}: {reason}"),
+        Interpreted::LeftAlone { line, reason, .. } => panic!("{text}\nline {line}: {reason}"),
     });
     told.collect()
 }
@@ -127,7 +127,7 @@ fn a_cycle_that_controls_run_differently_is_left_alone() {
 #[test]
 fn a_thread_is_left_alone_and_its_end_is_known() {
     let found = understood(Dialect::Iso, &format!("{START}G98 G84 X1 Z-5 R3 F100\nX2\nG0 X9\n"));
-    assert!(matches!(found[1], Interpreted::LeftAlone { line: 2, reason: Unfollowable::CannedCycle }));
+    assert!(matches!(found[1], Interpreted::LeftAlone { line: 2, reason: Unfollowable::CannedCycle, .. }));
     assert!(matches!(found[2], Interpreted::LeftAlone { line: 3, .. }));
     let Interpreted::Motion(last) = found[3] else { panic!("{found:?}") };
     assert_eq!(last.joints, [Some(9.0), Some(0.0), Some(50.0), Some(0.0), Some(0.0)]);

@@ -38,7 +38,7 @@ fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
 fn motions(text: &str) -> Vec<InterpretedMotion> {
     let told = understood(Dialect::Iso, text).into_iter().map(|told| match told {
         Interpreted::Motion(motion) => motion,
-        Interpreted::LeftAlone { line, reason } => panic!("{text}\nline {line}: {reason}"),
+        Interpreted::LeftAlone { line, reason, .. } => panic!("{text}\nline {line}: {reason}"),
     });
     told.collect()
 }

@@ -35,7 +35,7 @@ fn understood(text: &str) -> Vec<Interpreted> {
 fn tips(text: &str) -> Vec<[f64; 3]> {
     let told = understood(text).into_iter().filter_map(|told| match told {
         Interpreted::Motion(motion) => motion.tip_mm,
-        Interpreted::LeftAlone { line, reason } => panic!("{text}\nline {line}: {reason}"),
+        Interpreted::LeftAlone { line, reason, .. } => panic!("{text}\nline {line}: {reason}"),
     });
     told.collect()
 }

@@ -14,7 +14,7 @@ use super::{Decimals, Motion, Unfollowable, WorkOffset, WorkOffsets};
 use crate::machine::Machine;
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Code, Constants, Diagnostic, DiagnosticCode,
-    Diagnostics, Dialect, Excerpt, Keyword, WordForm,
+    Diagnostics, Dialect, Excerpt, Keyword, PlaceInFile, WordForm,
 };
 use crate::units::LengthUnit;
 use std::sync::Arc;
@@ -69,6 +69,8 @@ pub struct Interpreter {
     pub(super) program_unit: ProgramUnit,
     /// Line of the present block.
     pub(super) line: u64,
+    /// Where the present block is, if it is in a file that the program calls.
+    pub(super) called: Option<PlaceInFile>,
     /// The motion before asked for a corner to the present one.
     pub(super) corner_open: bool,
     /// The block before made a motion that axis words alone would repeat: see `repetition`.
@@ -112,6 +114,7 @@ impl Interpreter {
             only_offset: None,
             program_unit: ProgramUnit::default(),
             line: 0,
+            called: None,
             corner_open: false,
             repeats: false,
             states_vector: false,
@@ -198,6 +201,7 @@ impl Interpreter {
             }
             let (batch, block, at) = (&*batch, &block, index);
             index += 1;
+            self.called = batch.place_in_file(at);
             if self.course.has_ended() {
                 let ends_again =
                     || batch.words(block).iter().any(|word| word.keyword() == Some(Keyword::EndPgm));

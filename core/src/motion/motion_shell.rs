@@ -18,6 +18,7 @@ impl Interpreter {
         Motion {
             block: u32::try_from(index).unwrap_or(u32::MAX),
             line: block.line,
+            called: self.called,
             kind,
             arc: if kind == MotionKind::Arc { self.arc_course() } else { ArcCourse::Carried },
             further_turns: self.this_block.further_turns.filter(|_| kind == MotionKind::Arc),

@@ -1,6 +1,7 @@
 //! One motion, in the form that the compensator takes.
 
 use super::{AxisWords, CalledTool, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
+use crate::program::PlaceInFile;
 
 /// The kind of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,8 +64,10 @@ pub struct RadiusCompensation {
 pub struct Motion {
     /// Index of its block in the batch.
     pub block: u32,
-    /// 1-based line of the upload.
+    /// 1-based line of the upload. For a block in a file that the program calls, it is the line of the call.
     pub line: u64,
+    /// Where its block is, if it is in a file that the program calls.
+    pub called: Option<PlaceInFile>,
     /// The kind of motion.
     pub kind: MotionKind,
     /// What the course of an arc depends on. It does not state whether I J K are a point (G90.1).

@@ -109,6 +109,7 @@ impl Interpreter {
         Some(Motion {
             block: u32::try_from(index).unwrap_or(u32::MAX),
             line: block.line,
+            called: self.called,
             start: before.end,
             end: self.position.axis_words(),
             linear_end_mm: self.position.linear_mm(),

@@ -15,6 +15,7 @@ mod simulate;
 mod singular;
 mod text;
 mod virtual_cutting;
+mod written_out;
 
 pub use arc_path::UnknownArc;
 pub use contact_path::{CcParameters, CcReport, OutputForm, compensate, compensate_side_by_side};
@@ -47,8 +48,11 @@ pub use singular::{
     LeftReason, RegionFigures, RegionTreatment, RegionsLeft, SingularRegion, SingularityAction,
     SingularityParameters, SingularityReport, treat_singular_regions,
 };
-pub use text::{MemoryStepStore, OffsetUse, Place, ProgramReading, ProgramSource, StepStore, ToolUse};
+pub use text::{
+    MemoryStepStore, OffsetUse, OpenSubprogram, Place, ProgramReading, ProgramSource, StepStore, ToolUse,
+};
 pub use virtual_cutting::{
     Convergence, Effort, Extreme, Histogram, MotionCounts, ResidualSummary, Verification,
     VerificationParameters, verify_part,
 };
+pub use written_out::{WrittenOut, write_out};

@@ -1,114 +1,9 @@
 //! Blocks and words, as offsets into the text in which they were written.
 
+use std::num::NonZeroU16;
+
 use super::dialect::Dialect;
-use super::{Address, Code, Diagnostic, Keyword};
-
-/// How the value of a word is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WordForm {
-    /// A plain number, in the modal sense of the block (G90 or G91).
-    Number,
-    /// A number that is absolute whatever the modal sense: `AC(…)`.
-    Absolute,
-    /// A number that counts from the position before whatever the modal sense: `IC(…)`, `IX+5`.
-    Incremental,
-    /// A plain number after a comma: `,R2`, `,C1`, `,A30`.
-    Comma,
-    /// An expression whose value is fixed at this block, in the modal sense of the block.
-    Evaluated,
-    /// An expression, parameter or function with an unknown value, which reads as 0.
-    Expression,
-    /// A name instead of a number: `T="BALL_10"`, `O<POCKET>`. The value reads as 0; the name is [`Batch::name`].
-    Name,
-    /// A statement word, `TRAORI` or `FMAX`: address G, the value is the number of its [`Keyword`].
-    Keyword,
-}
-
-/// One word of a block: address and value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Word {
-    /// The value in the program's own unit: the f64 nearest to the written decimal. −0 reads as 0.
-    pub value: f64,
-    /// First byte of the word in the batch's text.
-    pub start: u32,
-    /// One after its last byte.
-    pub end: u32,
-    /// Its address.
-    pub address: Address,
-    /// Bytes from `start` to the beginning of the written value: 1 in `X10`, 2 in `X=10`, 0 for a bare number.
-    pub lead: u8,
-    /// Digits after the decimal point, as written.
-    pub decimals: u8,
-    /// How the value is written.
-    pub form: WordForm,
-    /// Whether a decimal point is written.
-    pub has_point: bool,
-}
-
-impl Word {
-    /// A statement word between two bytes of the batch's text.
-    pub(super) fn of_keyword(keyword: Keyword, start: u32, end: u32) -> Self {
-        Self {
-            value: f64::from(keyword.number()),
-            start,
-            end,
-            address: Address::G,
-            lead: 0,
-            decimals: 0,
-            form: WordForm::Keyword,
-            has_point: false,
-        }
-    }
-
-    /// The statement word, if this is one.
-    #[must_use]
-    pub fn keyword(&self) -> Option<Keyword> {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small whole number")]
-        let number = self.value as u16;
-        (self.form == WordForm::Keyword).then(|| Keyword::of_number(number)).flatten()
-    }
-
-    /// Whether its value is known: a number in any notation, and not a statement.
-    #[must_use]
-    pub const fn is_known(&self) -> bool {
-        matches!(
-            self.form,
-            WordForm::Number | WordForm::Absolute | WordForm::Incremental | WordForm::Evaluated
-        )
-    }
-
-    /// The word's code as a G word, an M word or a statement word; `None` for other words, and if its number is not a
-    /// [code](Self::code_tenths).
-    #[must_use]
-    #[inline]
-    pub fn code(&self) -> Option<Code> {
-        if self.form == WordForm::Keyword {
-            return self.keyword().map(Code::Keyword);
-        }
-        match self.address {
-            Address::G => self.code_tenths().map(Code::G),
-            Address::M => self.code_tenths().map(Code::M),
-            _ => None,
-        }
-    }
-
-    /// A G or M number in tenths (`G43.4` is 434, `M6` is 60); `None` if it is not a plain number, has more than one
-    /// significant decimal, or is not below 100 000.
-    #[must_use]
-    pub fn code_tenths(&self) -> Option<u32> {
-        let tenths = self.value * 10.0;
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "saturates; checked below"
-        )]
-        let whole = (tenths + 0.5) as u32;
-        let is_code = self.form == WordForm::Number
-            && whole < 1_000_000
-            && (tenths - f64::from(whole)).abs() < 1e-6 * f64::from(whole.max(1));
-        is_code.then_some(whole)
-    }
-}
+use super::{Address, Diagnostic, Keyword, Word, WordForm};
 
 /// The kind of a line of the upload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -273,6 +168,15 @@ impl LineEnding {
     }
 }
 
+/// A line of a file that the program calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlaceInFile {
+    /// The file, counted from 1 in the order of the program's files.
+    pub file: NonZeroU16,
+    /// Its line, counted from 1.
+    pub line: u32,
+}
+
 /// A few hundred consecutive blocks with their text. Blocks cover the text without gap or overlap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Batch {
@@ -287,6 +191,8 @@ pub struct Batch {
     pub(super) habits: Habits,
     /// Its expressions have the values that they have at this place of the program's course.
     pub(super) is_evaluated: bool,
+    /// Where its blocks are, if they are in a file that the program calls. Their lines are then those of the call.
+    pub(super) called: Vec<PlaceInFile>,
 }
 
 impl Default for Batch {
@@ -302,6 +208,7 @@ impl Default for Batch {
             dialect: Dialect::Iso,
             habits: Habits::default(),
             is_evaluated: false,
+            called: Vec::new(),
         }
     }
 }
@@ -341,6 +248,30 @@ impl Batch {
                 self.words.get(first.words_start as usize..end as usize).unwrap_or_default()
             }
         })
+    }
+
+    /// Whether its blocks are those of a program's run, in which loops and calls are followed.
+    #[must_use]
+    pub fn is_of_run(&self) -> bool {
+        self.is_evaluated
+    }
+
+    /// Where a block is, if it is in a file that the program calls.
+    #[must_use]
+    #[inline]
+    pub fn place_in_file(&self, block: usize) -> Option<PlaceInFile> {
+        self.called.get(block).copied()
+    }
+
+    /// Makes its blocks those of a called file: they get the line of the call.
+    pub(super) fn call_from(&mut self, line: u64, file: NonZeroU16) {
+        self.called.clear();
+        for block in &mut self.blocks {
+            let line_in_file = u32::try_from(block.line).unwrap_or(u32::MAX);
+            self.called.push(PlaceInFile { file, line: line_in_file });
+            block.line = line;
+        }
+        self.faults.iter_mut().for_each(|fault| fault.line = line);
     }
 
     /// The bytes of one of its blocks, line ending included.
@@ -437,6 +368,7 @@ impl Batch {
         self.words.clear();
         self.faults.clear();
         self.is_evaluated = false;
+        self.called.clear();
     }
 
     /// Removes the blocks from this index on.

@@ -23,6 +23,12 @@ pub(super) fn block_number(number: f64) -> PlaceName {
     format!("N{number}").into_bytes().into()
 }
 
+/// The name of a file as a call writes it: without its path, in upper case.
+pub(super) fn called_name(written: &[u8]) -> PlaceName {
+    let name = written.rsplit(|byte| matches!(byte, b'/' | b'\\' | b':')).next().unwrap_or(written);
+    name.trim_ascii().to_ascii_uppercase().into()
+}
+
 /// Where a jump looks for its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Search {
@@ -68,15 +74,44 @@ pub(super) enum Structure {
     Sub,
 }
 
+/// What a call names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Callee {
+    /// A place in the same file.
+    Place,
+    /// A program in the same file, or a file.
+    Program,
+    /// A file.
+    File,
+}
+
+/// What the end of a program does in a file that is called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum EndInCall {
+    /// It ends the caller too.
+    EndsAll,
+    /// It returns to the caller.
+    Returns,
+    /// It is not followed.
+    NotFollowed,
+}
+
 /// What a statement does to the course.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Step {
     /// It is an ordinary block.
     Plain,
     /// It is an ordinary block that may end the program.
-    End,
+    End(EndInCall),
     /// It is an ordinary block at which a call may enter.
     Entry,
+    /// It is the head of a program. In a file that is called it does nothing, if its name is that of the main
+    /// program's head or it has none.
+    Head,
+    /// It is an ordinary block. A file that is called and has it is not followed.
+    NotInCall,
+    /// It is an ordinary block. In a subprogram with parameters of its own it is not followed.
+    NotInSub,
     /// Nothing: the name of a place.
     Label,
     /// Opens a structure. `WHILE` has its condition, `REPEAT` its number of times.
@@ -99,8 +134,8 @@ pub(super) enum Step {
     ReturnIfCalled,
     /// Calls the subprogram of its name with these arguments and with parameters of its own.
     CallOwn(Vec<Piece>),
-    /// Calls the place of its name a number of times. The parameters are the caller's.
-    Call(u32),
+    /// Calls its name a number of times. The parameters are the caller's.
+    Call(Callee, u32),
     /// Goes back to the place of its name a number of times.
     GoBack(u32),
     /// Jumps to the place of its name. If there is no such place, the program goes on if it `may_lack`.

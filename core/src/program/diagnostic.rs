@@ -180,7 +180,7 @@ pub enum DiagnosticCode {
     },
     /// Control flow. Its effect on later blocks is not known.
     #[error(
-        "`{text}`: the service does not follow control flow here; post the program without jumps, loops, conditions and subprograms"
+        "`{text}`: the service does not follow control flow here; send `flatten` with a compensation, or post the program without jumps, loops, conditions and subprograms"
     )]
     ControlFlow {
         /// The statement.
@@ -205,6 +205,22 @@ pub enum DiagnosticCode {
         text: Excerpt,
         /// The most calls inside each other.
         max: usize,
+    },
+    /// A block of a loop or a call that cannot be written out.
+    #[error("`{text}` cannot be written out: {reason}")]
+    NotWrittenOut {
+        /// The block.
+        text: Excerpt,
+        /// The reason, and what to do.
+        reason: &'static str,
+    },
+    /// A called file ends, and nothing leads back to its caller.
+    #[error(
+        "`{text}`: the called file ends here without a return; end the subprogram with M99, ENDSUB or END PGM"
+    )]
+    NoReturn {
+        /// Its last block.
+        text: Excerpt,
     },
     /// Template text, which an editor would have to expand first.
     #[error("`{text}` is template text, not a program for a control; expand the template first")]
@@ -281,7 +297,11 @@ impl DiagnosticCode {
             Self::CellCount { .. } => "cell_count",
             Self::CellNumber { .. } => "cell_number",
             Self::NotADirection { .. } => "not_a_direction",
-            Self::ControlFlow { .. } | Self::RunsTooLong { .. } | Self::CallsTooDeep { .. } => "control_flow",
+            Self::ControlFlow { .. }
+            | Self::RunsTooLong { .. }
+            | Self::CallsTooDeep { .. }
+            | Self::NoReturn { .. }
+            | Self::NotWrittenOut { .. } => "control_flow",
             Self::TemplateText { .. } => "template_text",
             Self::UnitUnknown { .. } | Self::TwoUnits { .. } => "unit_unknown",
             Self::RepeatedAddress { .. } => "repeated_address",

@@ -18,25 +18,29 @@ mod flow;
 mod keyword;
 mod line;
 mod number;
+mod own_names;
 mod reader;
 mod short_decimal;
 mod stamp;
+mod word;
 mod writer;
 
 pub use address::Address;
-pub use batch::{Batch, Block, BlockFlags, BlockKind, Word, WordForm};
+pub use batch::{Batch, Block, BlockFlags, BlockKind, PlaceInFile};
 pub use code::Code;
 pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
 pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
-pub use dialect::{Dialect, DialectRules, ForeignDialect, Grammar};
+pub use dialect::{Dialect, DialectRules, ForeignDialect, Grammar, WritingOut};
 pub use eight_digits::eight_digits;
 pub use fault::{ReadFault, WriteFault};
-pub use flow::ProgramRun;
+pub use flow::{ProgramRun, SubprogramFile};
 pub use keyword::Keyword;
 pub use number::{MAX_MAGNITUDE, POWERS_OF_TEN};
+pub use own_names::OwnNames;
 pub use reader::{ReadLimits, Reader};
 pub use stamp::{Borne, Stamp, StampFinder, StampPlace, StepName, Steps, borne_by, place_stamp};
+pub use word::{Word, WordForm};
 pub use writer::{
     NewWord, print_changed, print_changed_without, print_feed_only, print_inserted, print_inserted_without,
 };

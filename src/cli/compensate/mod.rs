@@ -28,7 +28,7 @@ use super::migrate::block_on;
 use crate::config::Settings;
 use crate::jobs::{
     CompensatorFault, Compute, Cost, CutterContactCompensator, InputFile, JobFault, Means, ProgramWork,
-    Progress, Sizes, Spool, Workplace,
+    Progress, SentFile, Sizes, Spool, Workplace, joined,
 };
 use crate::shares::Share;
 use crate::store::{Blobs, Draft};
@@ -75,6 +75,12 @@ pub struct CompensateArguments {
     /// The part's surface as STL
     #[arg(long, value_name = "FILE")]
     surface: Option<PathBuf>,
+    /// A file that the program calls, by its name; several may be given
+    #[arg(long, value_name = "FILE")]
+    subprogram: Vec<PathBuf>,
+    /// Write loops and calls out before the program is compensated
+    #[arg(long)]
+    flatten: bool,
     /// File for the report as JSON; `-` writes it to standard output
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -134,6 +140,7 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
     let working = tempfile::Builder::new().prefix("trunnion-").tempdir().map_err(CommandFault::Process)?;
     let blobs = Blobs::open(working.path())?;
     let program = taken(&blobs, &arguments.input, "max_body_bytes", settings.max_body_bytes)?;
+    let program = with_files(program, &blobs, arguments, settings.max_body_bytes)?;
     let surface = arguments.surface.as_ref();
     let limit = settings.max_surface_bytes;
     let surface = surface.map(|path| taken(&blobs, path, "max_surface_bytes", limit)).transpose()?;
@@ -174,6 +181,33 @@ pub(super) fn run(settings: &Settings, arguments: &CompensateArguments) -> Resul
         let _removal = thread::Builder::new().spawn_scoped(scope, move || drop((program, surface)));
         write_results(arguments, finished, began)
     })
+}
+
+/// The program with the files that it calls.
+fn with_files(
+    program: Draft,
+    blobs: &Blobs,
+    arguments: &CompensateArguments,
+    limit_bytes: u64,
+) -> Result<Draft, CommandFault> {
+    if arguments.subprogram.is_empty() {
+        return Ok(program);
+    }
+    if arguments.operation == JobOperation::Posting {
+        let operation = arguments.operation.as_str();
+        return Err(CommandFault::NoSuchMember { flag: "--subprogram", operation });
+    }
+    let sent = |path: &Path, draft: &Draft| {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        SentFile::of(name.unwrap_or_default(), draft).map_err(at("reading", path))
+    };
+    let main = sent(&arguments.input, &program)?;
+    let files = arguments.subprogram.iter().map(|path| {
+        let draft = taken(blobs, path, "max_body_bytes", limit_bytes)?;
+        sent(path, &draft)
+    });
+    let files = files.collect::<Result<_, _>>()?;
+    joined(&Spool::new(blobs.clone(), u64::MAX), main, files, false).map_err(CommandFault::Files)
 }
 
 /// A file copied to a place where nobody changes it during the work, up to the limit of a setting.

@@ -150,6 +150,16 @@ fn typed(arguments: &CompensateArguments) -> Result<Vec<Typed>, CommandFault> {
     if let Some(tolerance) = arguments.tolerance_um {
         all.push(of_path("--tolerance-um", "tolerance_um", tolerance)?);
     }
+    if arguments.flatten {
+        let flag = "--flatten";
+        if !matches!(
+            operation,
+            JobOperation::CcCompensation | JobOperation::WearCompensation | JobOperation::Compensation
+        ) {
+            return Err(CommandFault::NoSuchMember { flag, operation: operation.as_str() });
+        }
+        all.push(Typed { flag, within: None, name: "flatten", value: json!(true) });
+    }
     if arguments.location_errors {
         let flag = "--location-errors";
         if operation != JobOperation::Compensation {

@@ -16,6 +16,7 @@ use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, remembered, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
+use crate::http::programs::several::{ProgramFile, calls_no_files};
 use crate::http::programs::upload::{Form, FormFields, Part, take_form};
 use crate::http::refusals::refusals;
 use crate::store::{Draft, JobRow};
@@ -38,6 +39,10 @@ struct JobForm {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// Files that the program calls, each under the name that the calls use.
+    subprogram: Option<Vec<ProgramFile>>,
+    /// Name of the main program, if `program` is a zip archive of several files.
+    main: Option<String>,
     /// The part's surface as STL, for operations that use it.
     #[schema(value_type = Option<String>, format = Binary)]
     surface: Option<Vec<u8>>,
@@ -124,9 +129,9 @@ pub(super) async fn create_job(
     choose(request.headers(), &["application/json"])?;
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
-    let names = FormFields { document: "job", file: "program", part: Part::Seen };
+    let names = FormFields { document: "job", file: "program", part: Part::Seen, several: true };
     let form = take_form(&app, &parts, body, names, |text| read_order(&app, text)).await?;
-    let Form { document, program, file_name, surface } = form;
+    let Form { document, program, file_name, has_files, surface } = form;
     let order = document.ok_or_else(|| invalid("/job", "the field job is missing"))?;
     caller.must_reach(&order.machine_id)?;
     let mut said = vec![program.sha256(), order.canonical.clone()];
@@ -137,6 +142,9 @@ pub(super) async fn create_job(
     }
     if surface.is_some() && !order.looks_at_part {
         return Err(invalid("/surface", "this operation does not use a surface; remove the field"));
+    }
+    if has_files && !order.calls_files {
+        return Err(calls_no_files());
     }
     let ordered = Ordered::new(&app, &parts, &caller, order).await?;
     app.queue.check_room(1).await?;

@@ -13,10 +13,11 @@ use crate::http::caller::Caller;
 use crate::http::extract::{Json, Query, parsed_bytes};
 use crate::http::idempotency::{key, key_of_part, remembered, used};
 use crate::http::negotiate::choose;
-use crate::http::problem::{Problem, ProblemType};
+use crate::http::problem::Problem;
+use crate::http::programs::several::{archive_refused, refuse_joined};
 use crate::http::programs::upload::{Form, FormFields, Part, clean_name, take_form};
 use crate::http::refusals::refusals;
-use crate::jobs::{ArchiveFault, CompensatorFault, JobOrder, Unpacked, memory, unpack};
+use crate::jobs::{JobOrder, Unpacked, memory, unpack};
 use crate::store::{Draft, JobRow, KeyUse};
 use crate::wire::{BatchedJob, JobBatch, NoParameters};
 
@@ -74,7 +75,7 @@ pub(super) async fn create_job_batch(
     choose(request.headers(), &["application/json"])?;
     let (parts, body) = request.into_parts();
     let key = key(&parts)?;
-    let names = FormFields { document: "job", file: "programs", part: Part::Unseen };
+    let names = FormFields { document: "job", file: "programs", part: Part::Unseen, several: false };
     let form = take_form(&app, &parts, body, names, |text| read_order(&app, text)).await?;
     let Form { document, program: archive, .. } = form;
     let order = document.ok_or_else(|| invalid("/job", "the field job is missing"))?;
@@ -84,8 +85,9 @@ pub(super) async fn create_job_batch(
     let _turn = app.archives.lock().await;
     let (spool, limit) = (app.spool.of_asker(), app.settings.max_body_bytes);
     let unpacked = app.compute.run(move |stop| unpack(&archive, &spool, limit, stop)).await?;
-    let Unpacked { programs, left_out } = unpacked.map_err(refused)?;
+    let Unpacked { programs, left_out } = unpacked.map_err(|fault| archive_refused(fault, "programs"))?;
     let (paths, drafts): (Vec<_>, Vec<_>) = programs.into_iter().unzip();
+    drafts.iter().try_for_each(refuse_joined)?;
     let keys: Vec<_> = (0..paths.len()).map(|part| key_of_part(used.as_ref(), part)).collect();
     let mut jobs = earlier(&app, &keys).await?;
     if jobs.iter().all(Option::is_none) {
@@ -136,15 +138,4 @@ async fn accept(
         jobs.push(job);
     }
     Ok(app.queue.accept(jobs).await?)
-}
-
-fn refused(fault: ArchiveFault) -> Problem {
-    match fault {
-        ArchiveFault::TooLarge { .. } => Problem::new(ProblemType::BodyTooLarge, fault.to_string()),
-        ArchiveFault::NoShare(fault) => fault.into(),
-        ArchiveFault::File(fault) => fault.into(),
-        ArchiveFault::Write(fault) => fault.into(),
-        ArchiveFault::Cancelled => CompensatorFault::Cancelled.into(),
-        fault => invalid("/programs", fault.to_string()),
-    }
 }

@@ -38,8 +38,10 @@ pub(in crate::http) async fn program(
     let sha256 = job.document.output_sha256.as_deref();
     let sha256 = sha256.filter(|_| job.document.operation != JobOperation::Verification);
     let sha256 = sha256.ok_or_else(|| without_result(job, "program"))?;
-    // A table stays a table unless the client names another type.
-    let kind = if kind == "text/plain" && job.file_name.to_ascii_lowercase().ends_with(".csv") {
+    // A table stays a table unless the client names another type. Several files are an archive.
+    let kind = if is_zip_name(&job.file_name) {
+        ZIP
+    } else if kind == "text/plain" && job.file_name.to_ascii_lowercase().ends_with(".csv") {
         "text/csv"
     } else {
         kind
@@ -230,6 +232,14 @@ pub(in crate::http) fn without_result(job: &JobRow, what: &str) -> Problem {
         }
         state => Problem::new(ProblemType::JobNotSucceeded, format!("the job is {}", state.as_str())),
     }
+}
+
+/// Media type of an archive.
+const ZIP: &str = "application/zip";
+
+/// Whether a name is that of an archive.
+pub(super) fn is_zip_name(name: &str) -> bool {
+    name.to_ascii_lowercase().ends_with(".zip")
 }
 
 /// A file's name without its extension.

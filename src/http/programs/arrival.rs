@@ -7,6 +7,7 @@ use axum::extract::Request;
 use axum::response::Response;
 
 use super::answer;
+use super::several::calls_no_files;
 use super::upload::{Part, Upload, take};
 use crate::http::AppState;
 use crate::http::caller::{actor, caller};
@@ -46,7 +47,11 @@ async fn job<P: ProgramParameters>(
     let key = key(&parts)?;
     let on = unless_keyed(key.as_ref(), current_machine(app, &machine_id).await)?;
     let part = if P::LOOKS_AT_PART { Part::Seen } else { Part::Unseen };
-    let Upload { program, file_name, surface, parameters }: Upload<P> = take(app, &parts, body, part).await?;
+    let upload: Upload<P> = take(app, &parts, body, part).await?;
+    let Upload { program, file_name, has_files, surface, parameters } = upload;
+    if has_files && !P::CALLS_FILES {
+        return Err(calls_no_files());
+    }
     let mut said = vec![program.sha256(), serde_json::to_string(&parameters).unwrap_or_default()];
     said.extend(surface.as_ref().map(Draft::sha256));
     let used = used(app, &parts, key, &said.iter().map(String::as_str).collect::<Vec<_>>());

@@ -10,6 +10,7 @@ use http::header::{CONTENT_DISPOSITION, CONTENT_LENGTH, CONTENT_TYPE};
 use tokio_util::io::ReaderStream;
 
 use super::answer::{CSV, stem};
+use super::several::ProgramFile;
 use super::upload::{Part, Upload, take};
 use crate::description::{ToSchema, operation};
 use crate::http::AppState;
@@ -39,6 +40,10 @@ struct InterpretationUpload {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// Files that the program calls, each under the name that the calls use.
+    subprogram: Option<Vec<ProgramFile>>,
+    /// Name of the main program, if `program` is a zip archive of several files.
+    main: Option<String>,
 }
 
 /// Interpret a program

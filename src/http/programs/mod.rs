@@ -7,6 +7,7 @@ mod compensate_program;
 mod compensate_wear;
 mod interpret_program;
 mod post_program;
+pub(super) mod several;
 mod simulate_servo_program;
 pub(super) mod upload;
 mod verify_part;

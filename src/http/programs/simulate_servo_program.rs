@@ -5,6 +5,7 @@ use axum::response::Response;
 
 use super::answer::SVG;
 use super::arrival::operate;
+use super::several::ProgramFile;
 use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
@@ -29,6 +30,10 @@ struct ServoProgramForm {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// Files that the program calls, each under the name that the calls use.
+    subprogram: Option<Vec<ProgramFile>>,
+    /// Name of the main program, if `program` is a zip archive of several files.
+    main: Option<String>,
 }
 
 /// Simulate the servo drives along a program

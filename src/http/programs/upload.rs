@@ -9,6 +9,7 @@ use http::HeaderMap;
 use http::request::Parts;
 use serde::de::DeserializeOwned;
 
+use super::several::{Beside, LONGEST_MAIN_BYTES, MAIN, NAMELESS, SUBPROGRAM, refuse_archive, with_files};
 use crate::http::AppState;
 use crate::http::body::{BetweenFields, Incoming, PaidAsItGrows, content_length, media_type, unreadable};
 use crate::http::extract::parsed_bytes;
@@ -24,6 +25,8 @@ pub(super) struct Upload<P> {
     pub(super) program: Draft,
     /// Its cleaned name; a default name if the client gave none.
     pub(super) file_name: String,
+    /// Files that it calls came with it.
+    pub(super) has_files: bool,
     /// The part's surface.
     pub(super) surface: Option<Draft>,
     /// The parameters.
@@ -93,8 +96,9 @@ pub(super) async fn take<P: DeserializeOwned>(
                 }
             }
             let program = spooling.finish().await?;
+            refuse_archive(&program)?;
             let file_name = named(given_name(&parts.headers), &program, kind.as_deref());
-            Ok(Upload { program, file_name, surface: None, parameters })
+            Ok(Upload { program, file_name, has_files: false, surface: None, parameters })
         }
     }
 }
@@ -107,8 +111,9 @@ async fn multipart<P: DeserializeOwned>(
 ) -> Result<Upload<P>, Problem> {
     // A field that states no parameter leaves them to the query.
     let read = |text: &[u8]| if is_empty_object(text) { Ok(None) } else { Ok(Some(read_json(text)?)) };
-    let names = FormFields { document: "parameters", file: "program", part };
-    let Form { document, program, file_name, surface } = form(app, parts, incoming, names, read).await?;
+    let names = FormFields { document: "parameters", file: "program", part, several: true };
+    let Form { document, program, file_name, has_files, surface } =
+        form(app, parts, incoming, names, read).await?;
     let query = parts.uri.query().unwrap_or_default();
     let parameters = match document.flatten() {
         Some(_) if !query.is_empty() => {
@@ -120,7 +125,7 @@ async fn multipart<P: DeserializeOwned>(
         Some(parameters) => parameters,
         None => read_query(query)?,
     };
-    Ok(Upload { program, file_name, surface, parameters })
+    Ok(Upload { program, file_name, has_files, surface, parameters })
 }
 
 /// Whether a text is `{}`, perhaps with blanks.
@@ -137,6 +142,8 @@ pub(in crate::http) struct FormFields {
     pub(in crate::http) file: &'static str,
     /// Whether the form may have a surface.
     pub(in crate::http) part: Part,
+    /// Whether the form may have files that the program calls.
+    pub(in crate::http) several: bool,
 }
 
 /// A form with a JSON document, a program and optionally the part's surface.
@@ -147,6 +154,8 @@ pub(in crate::http) struct Form<D> {
     pub(in crate::http) program: Draft,
     /// Its name.
     pub(in crate::http) file_name: String,
+    /// Files that it calls came with it.
+    pub(in crate::http) has_files: bool,
     /// The part's surface.
     pub(in crate::http) surface: Option<Draft>,
 }
@@ -210,6 +219,7 @@ async fn fields<D>(
     let mut document: Option<D> = None;
     let mut program: Option<(Draft, Option<String>, Option<String>)> = None;
     let mut surface: Option<Draft> = None;
+    let mut beside = Beside::default();
     let mut empty_parts = 0;
     loop {
         between.enter();
@@ -249,10 +259,18 @@ async fn fields<D>(
                 surface = is_filled(&draft, name.as_deref()).then_some(draft);
                 empty_parts += u32::from(surface.is_none());
             }
+            SUBPROGRAM if names.several => {
+                empty_parts += u32::from(!take_beside(app, &mut field, &mut beside).await?);
+            }
+            MAIN if names.several && beside.main.is_none() => {
+                beside.main = main_name(app, &mut field).await?;
+                empty_parts += u32::from(beside.main.is_none());
+            }
             name => {
                 let name = name.to_owned();
                 let known = match name.as_str() {
                     "surface" => names.part == Part::Seen,
+                    MAIN => names.several,
                     name => name == names.document || name == names.file,
                 };
                 let mut filled = !known;
@@ -281,19 +299,45 @@ async fn fields<D>(
         return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
     };
     let file_name = named(file_name, &program, media_type.as_deref());
-    Ok(Form { document, program, file_name, surface })
+    if !names.several {
+        return Ok(Form { document, has_files: false, program, file_name, surface });
+    }
+    let sent = program.sha256();
+    let (program, file_name) = with_files(app, program, file_name, beside).await?;
+    Ok(Form { document, has_files: program.sha256() != sent, program, file_name, surface })
 }
 
 /// Most parts of a form that have no content: each takes a file while it is read.
 const MOST_EMPTY_PARTS: u32 = 16;
 
-/// The name that a page gives to a file without a name (`FormData` of the browsers).
-const NAMELESS: &str = "blob";
-
 /// Whether a file was chosen for a field. Browsers send an empty part without a file name if none was, and pages that
 /// make the form themselves an empty part with the name `blob`.
 fn is_filled(draft: &Draft, name: Option<&str>) -> bool {
     draft.length() > 0 || name.is_some_and(|name| name != NAMELESS)
+}
+
+/// Takes a file that the program calls. Returns whether there is one.
+async fn take_beside(app: &AppState, field: &mut Field<'_>, beside: &mut Beside) -> Result<bool, Problem> {
+    let name = field.file_name().map(str::to_owned);
+    while let Some(chunk) = paused(app, field.chunk()).await? {
+        beside.files(app)?.take(&chunk).await?;
+    }
+    beside.end(app, name.as_deref())
+}
+
+/// The name in a field, if there is one.
+async fn main_name(app: &AppState, field: &mut Field<'_>) -> Result<Option<String>, Problem> {
+    let mut text = Vec::new();
+    while let Some(chunk) = paused(app, field.chunk()).await? {
+        text.extend_from_slice(&chunk);
+        if text.len() > LONGEST_MAIN_BYTES {
+            let detail = format!("the name is longer than {LONGEST_MAIN_BYTES} bytes");
+            let fault = Fault::new(format!("/{MAIN}"), detail);
+            return Err(Problem::invalid(ProblemType::InvalidRequest, vec![fault]));
+        }
+    }
+    let name = String::from_utf8_lossy(&text).trim().to_owned();
+    Ok(Some(name).filter(|name| !name.is_empty()))
 }
 
 /// A field on the disk.

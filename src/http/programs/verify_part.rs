@@ -5,6 +5,7 @@ use axum::response::Response;
 
 use super::answer::{CSV, SVG};
 use super::arrival::operate;
+use super::several::ProgramFile;
 use crate::description::{ToSchema, operation};
 use crate::http::AppState;
 use crate::http::extract::Path;
@@ -30,6 +31,10 @@ struct VerificationForm {
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
+    /// Files that the program calls, each under the name that the calls use.
+    subprogram: Option<Vec<ProgramFile>>,
+    /// Name of the main program, if `program` is a zip archive of several files.
+    main: Option<String>,
     /// The nominal surface as STL, binary or text; if this field is absent, it is in the parameters.
     #[schema(value_type = Option<String>, format = Binary)]
     surface: Option<Vec<u8>>,

@@ -20,6 +20,8 @@ pub struct JobOrder {
     pub callback_url: Option<String>,
     /// Whether the operation uses the part's surface.
     pub looks_at_part: bool,
+    /// Whether the program may come with files that it calls.
+    pub calls_files: bool,
     /// The steps that must not be applied twice.
     pub steps: Steps,
     /// The cutter whose wear entries are used, if the wear comes from entries.
@@ -40,13 +42,15 @@ impl JobOrder {
         let mut faults = FaultList::default();
         head.check(&mut faults);
         faults.into_result().map_err(JobFault::Parameters)?;
-        let Read { looks_at_part, steps, cutter_id, canonical } = by_operation(head.operation, Whole(text))?;
+        let Read { looks_at_part, calls_files, steps, cutter_id, canonical } =
+            by_operation(head.operation, Whole(text))?;
         Ok(Self {
             machine_id: head.machine_id,
             operation: head.operation,
             external_id: head.external_id,
             callback_url: head.callback_url,
             looks_at_part,
+            calls_files,
             steps,
             cutter_id,
             canonical,
@@ -76,6 +80,7 @@ struct Whole<'a>(&'a [u8]);
 /// The properties of an order after its parameters were read.
 struct Read {
     looks_at_part: bool,
+    calls_files: bool,
     steps: Steps,
     cutter_id: Option<String>,
     canonical: String,
@@ -89,6 +94,7 @@ impl ByOperation for Whole<'_> {
         let parameters = &request.parameters;
         Ok(Read {
             looks_at_part: P::LOOKS_AT_PART,
+            calls_files: P::CALLS_FILES,
             steps: parameters.steps(),
             cutter_id: parameters.cutter_id().map(str::to_owned),
             canonical: serde_json::to_string(&request)?,

@@ -505,8 +505,10 @@ MotionKind: TypeAlias = Literal["rapid", "linear", "arc"]
 class MotionLeftAlone(TypedDict):
     """A motion that the service does not understand; every compensation leaves it unchanged."""
 
+    file: NotRequired[str | None]
+    """The file that contains the line, if it is not the main program."""
     line: int
-    """Line of the upload, 1-based."""
+    """Line of its file, 1-based."""
     reason: str
     """The reason."""
 
@@ -1547,6 +1549,11 @@ class CcParameters(TypedDict):
     """Dialect of the program text."""
     feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
+    flatten: NotRequired[bool]
+    """
+    Write the loops and calls of the program out, and compensate the result: one program without loops and
+    calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    """
     interpolation: NotRequired[Interpolation]
     """Interpolation of the control. If it is absent, the program decides."""
     max_feed_mm_per_min: NotRequired[float]
@@ -1832,7 +1839,7 @@ class InterpretedMotion(TypedDict):
     kind: MotionKind
     """Kind of the motion."""
     line: int
-    """Line of the upload, 1-based."""
+    """Line of its file, 1-based."""
     normal: NotRequired[Sequence[float] | None]
     """For an arc: the direction in W about which it runs counter-clockwise."""
     tip_mm: NotRequired[Sequence[float] | None]
@@ -2630,6 +2637,11 @@ class WearParameters(TypedDict):
     """Dialect of the program text."""
     feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
+    flatten: NotRequired[bool]
+    """
+    Write the loops and calls of the program out, and compensate the result: one program without loops and
+    calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    """
     interpolation: NotRequired[Interpolation]
     """Interpolation of the control. If it is absent, the program decides."""
     lead_deg: NotRequired[float]
@@ -2758,6 +2770,11 @@ class CompensationParameters(TypedDict):
     """Dialect of the program text."""
     feed_mm_per_min: NotRequired[float]
     """Feed, if the program has none."""
+    flatten: NotRequired[bool]
+    """
+    Write the loops and calls of the program out, and compensate the result: one program without loops and
+    calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    """
     interpolation: NotRequired[Interpolation]
     """Interpolation of the control. If it is absent, the program decides."""
     location_errors: NotRequired[bool]

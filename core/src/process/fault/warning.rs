@@ -76,6 +76,8 @@ pub enum WarningKind {
     HeldAtPole,
     /// Posted again under tool-centre-point control.
     ControlCalibrated,
+    /// Loops and calls were written out, and assignments were left out.
+    WrittenOut,
 }
 
 impl WarningKind {
@@ -115,6 +117,7 @@ impl WarningKind {
             Self::LargerCutter => "larger_cutter",
             Self::HeldAtPole => "pole_hold",
             Self::ControlCalibrated => "control_calibrated",
+            Self::WrittenOut => "written_out",
         }
     }
 
@@ -218,6 +221,9 @@ impl WarningKind {
             }
             Self::CutterDiffers => {
                 "the cutter in CUTTER/ differs from the one in the request or the tool table. The tool of the request is used. A section whose tool is from the table is left unchanged: correct CUTTER/ or the table"
+            }
+            Self::WrittenOut => {
+                "loops and calls were written out, and the report counts the lines of the written-out program. The assignments of parameters and variables that are counted here are left out; the line is that of the first one in the program that was sent. What reads these parameters later finds their old values"
             }
             Self::NoContactKept => {
                 "no contact was found in the program; tips move by the length difference only"

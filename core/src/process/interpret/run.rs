@@ -16,7 +16,7 @@ use crate::process::arc_path::{ArcModes, ArcPath};
 use crate::process::fault::{Fault, Warning, Warnings};
 use crate::process::set_up::{Need, ProgramSetup, SetUps, Tools};
 use crate::process::text::{Passage, Passages, ProgramReading, ProgramSource};
-use crate::program::Dialect;
+use crate::program::{Dialect, PlaceInFile};
 
 /// The kind of an interpreted motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,8 +45,10 @@ pub struct InterpretedArc {
 /// A motion as interpreted. Unknown values are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InterpretedMotion {
-    /// 1-based line of the upload.
+    /// 1-based line of the main program: of the motion, or of the call of its file.
     pub line: u64,
+    /// Its place, if it is in a file that the program calls.
+    pub called: Option<PlaceInFile>,
     /// The kind.
     pub kind: InterpretedKind,
     /// The words at its end, absolute, as the control counts them: X Y Z \[mm\], the rotary axes in the profile's
@@ -97,8 +99,10 @@ pub enum Interpreted {
     Motion(InterpretedMotion),
     /// A motion that was not interpreted. Every operation that changes programs leaves it unchanged.
     LeftAlone {
-        /// 1-based line of the upload.
+        /// 1-based line of the main program: of the motion, or of the call of its file.
         line: u64,
+        /// Its place, if it is in a file that the program calls.
+        called: Option<PlaceInFile>,
         /// The reason.
         reason: Unfollowable,
     },
@@ -204,6 +208,7 @@ impl Understanding<'_> {
                 }
                 (reason, _) => Interpreted::LeftAlone {
                     line: motion.line,
+                    called: motion.called,
                     reason: reason.unwrap_or(Unfollowable::UnknownCode),
                 },
             };
@@ -237,6 +242,7 @@ impl Understanding<'_> {
         let name = self.names.iter().find(|name| Some(name.key()) == motion.tool.key());
         InterpretedMotion {
             line: motion.line,
+            called: motion.called,
             kind,
             joints,
             tip_mm: self.tip_mm(motion, joints).map(Into::into),
@@ -352,7 +358,7 @@ mod tests {
     fn motions(program: &ProgramSetup, text: &str) -> Vec<InterpretedMotion> {
         let motions = understood(program, text).into_iter().map(|told| match told {
             Interpreted::Motion(motion) => motion,
-            Interpreted::LeftAlone { line, reason } => panic!("line {line}: {reason}"),
+            Interpreted::LeftAlone { line, reason, .. } => panic!("line {line}: {reason}"),
         });
         motions.collect()
     }
@@ -434,7 +440,7 @@ mod tests {
         // Nobody states G55.
         assert_eq!(of(1), (five, Some(WorkOffset::Code(crate::motion::OffsetCode::new(55, 0))), false));
         assert!(
-            matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call }),
+            matches!(all[3], Interpreted::LeftAlone { line: 6, reason: Unfollowable::Call, .. }),
             "{:?}",
             all[3]
         );

@@ -17,7 +17,7 @@ mod survey;
 mod surveyor;
 
 pub use reading::{OffsetUse, ProgramReading, ToolUse};
-pub use source::ProgramSource;
+pub use source::{OpenSubprogram, ProgramSource};
 pub use step_store::{MemoryStepStore, Place, StepStore};
 
 pub(in crate::process) use dialect_fit::DialectFit;

@@ -13,6 +13,23 @@ pub trait ProgramSource: Sync {
     /// # Errors
     /// The text cannot be opened.
     fn open(&self) -> io::Result<Box<dyn Read + Send + '_>>;
+
+    /// The file of this index among those that the program may call, from its first byte; `None` if there are not so
+    /// many.
+    ///
+    /// # Errors
+    /// The file cannot be opened.
+    fn open_subprogram(&self, _index: usize) -> io::Result<Option<OpenSubprogram<'_>>> {
+        Ok(None)
+    }
+}
+
+/// A file beside a program, opened.
+pub struct OpenSubprogram<'a> {
+    /// Its name.
+    pub name: String,
+    /// Its bytes.
+    pub text: Box<dyn Read + Send + 'a>,
 }
 
 impl ProgramSource for [u8] {

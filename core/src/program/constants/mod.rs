@@ -82,4 +82,22 @@ impl Constants {
             parameters.leave();
         }
     }
+
+    /// A file is called. It does not see the variables that belong to its caller.
+    pub(super) fn enter_file(&mut self) {
+        match &mut self.grammar {
+            Grammar::None | Grammar::Rs274(_) => {}
+            Grammar::Siemens(variables) => variables.enter_file(),
+            Grammar::Heidenhain(parameters) => parameters.enter_file(),
+        }
+    }
+
+    /// The file ends: the caller has its variables again.
+    pub(super) fn leave_file(&mut self) {
+        match &mut self.grammar {
+            Grammar::None | Grammar::Rs274(_) => {}
+            Grammar::Siemens(variables) => variables.leave_file(),
+            Grammar::Heidenhain(parameters) => parameters.leave_file(),
+        }
+    }
 }

@@ -17,7 +17,7 @@ pub(super) mod siemens;
 pub use foreign::ForeignDialect;
 pub(super) use line::Source;
 pub(super) use rules::{Arithmetic, Read, StampAfter};
-pub use rules::{DialectRules, Grammar};
+pub use rules::{DialectRules, Grammar, WritingOut};
 
 use std::fmt;
 

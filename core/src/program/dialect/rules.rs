@@ -7,7 +7,7 @@ use super::line::Source;
 use super::{Dialect, ForeignDialect, LineRead};
 use crate::program::course::Statement;
 use crate::program::writer::Writing;
-use crate::program::{Address, Batch, Block, ReadFault};
+use crate::program::{Address, Batch, Block, OwnNames, ReadFault};
 
 /// The notation of a program's plain lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +73,38 @@ pub(in crate::program) enum StampAfter {
     LineWith(&'static [u8]),
 }
 
+/// How loops and calls of a dialect are written out as one text.
+#[derive(Debug)]
+pub struct WritingOut {
+    /// Whether a block names a parameter or a variable of the program, or a value of the control.
+    pub names_value: fn(&[u8], &OwnNames) -> bool,
+    /// Whether nothing but programs uses what an assignment sets.
+    pub is_own: fn(&[u8], &OwnNames) -> bool,
+    /// What a block has that defines a cycle, if cycles use parameters of the program.
+    pub cycle: Option<&'static [u8]>,
+    /// Places have a sign also if they are positive.
+    pub places_have_signs: bool,
+    /// A whole feed keeps its decimal point.
+    pub feed_keeps_point: bool,
+}
+
+impl WritingOut {
+    /// A row to start from: no value is named, and no assignment is left out.
+    pub(in crate::program) const PLAIN: Self = Self {
+        names_value: |_, _| false,
+        is_own: |_, _| false,
+        cycle: None,
+        places_have_signs: false,
+        feed_keeps_point: false,
+    };
+}
+
+/// A block up to the first of these bytes.
+pub(in crate::program) fn without_comment<'a>(text: &'a [u8], marks: &[u8]) -> &'a [u8] {
+    let end = text.iter().position(|byte| marks.contains(byte)).unwrap_or(text.len());
+    text.get(..end).unwrap_or_default()
+}
+
 /// The row of one dialect.
 #[derive(Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about dialects")]
@@ -99,6 +131,12 @@ pub struct DialectRules {
     pub(in crate::program) arithmetic: Arithmetic,
     /// How its loops, jumps and calls are spelled; `None` if they are not followed.
     pub(in crate::program) flow: Option<ReadFlow>,
+    /// At its end a called file returns to its caller. In other dialects a statement has to return.
+    pub(in crate::program) file_end_returns: bool,
+    /// How its loops and calls are written out.
+    pub writing_out: WritingOut,
+    /// How the names of its files end, in lower case, if that shows the dialect.
+    pub(in crate::program) file_endings: &'static [&'static str],
     pub(in crate::program) stamp: Option<StampForm>,
     pub(in crate::program) writing: Writing,
 }
@@ -124,6 +162,14 @@ impl Dialect {
             Self::Csv => &super::csv::RULES,
             Self::Okuma => &super::okuma::RULES,
         }
+    }
+
+    /// The dialect that the name of a file shows.
+    #[must_use]
+    pub fn of_file(name: &str) -> Option<Self> {
+        let name = name.to_ascii_lowercase();
+        let ends = |dialect: &Self| dialect.rules().file_endings.iter().any(|ending| name.ends_with(ending));
+        Self::ALL.into_iter().find(ends)
     }
 
     /// The dialect that callers select by this name.

@@ -1,9 +1,10 @@
 //! Where the statements that change the course of a program are, and which of them belong together.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::program::course::{PlaceName, Search, Statement, Step, Structure, block_number};
-use crate::program::{Address, Batch, WordForm};
+use crate::program::{Address, Batch, Block, WordForm};
 
 /// A statement that changes the course, and the index of its block in the program.
 #[derive(Debug)]
@@ -32,15 +33,23 @@ pub(super) struct Turns {
     entries: Vec<usize>,
 }
 
+/// What a block does to the course of its program.
+pub(super) fn statement_at(batch: &Batch, block: &Block) -> Statement {
+    batch.dialect().rules().flow.map_or(Statement::PLAIN, |read| read(batch, block))
+}
+
 impl Turns {
-    /// Those of a program in these batches.
-    pub(super) fn of(batches: &[Batch]) -> Self {
+    /// Those of a program in these batches. Its files begin at the blocks `starts`.
+    pub(super) fn of(batches: &[Batch], starts: &[usize]) -> Self {
         let mut turns = Self::default();
         let Some(read) = batches.first().and_then(|batch| batch.dialect().rules().flow) else { return turns };
         let mut index = 0;
         for batch in batches {
             for block in batch.blocks() {
                 let statement = read(batch, block);
+                if index > 0 && starts.binary_search(&index).is_ok() {
+                    turns.entries.push(index);
+                }
                 if let Some(place) = &statement.place {
                     turns.places.entry(place.clone()).or_default().push(index);
                 }
@@ -53,7 +62,7 @@ impl Turns {
                 index += 1;
             }
         }
-        turns.find_partners();
+        turns.find_partners(starts);
         turns.find_ends();
         let jumps = |turn: &Turn| matches!(turn.statement.step, Step::Jump { .. } | Step::Select { .. });
         if turns.list.iter().any(jumps) {
@@ -75,12 +84,19 @@ impl Turns {
         self.places.values_mut().for_each(|blocks| blocks.sort_unstable());
     }
 
-    /// Joins the statements of every structure. A statement without partner is not followed when it is reached.
-    fn find_partners(&mut self) {
+    /// Joins the statements of every structure. A statement without partner is not followed when it is reached. A
+    /// structure ends in the file in which it begins.
+    fn find_partners(&mut self, starts: &[usize]) {
         // The opening statement of every structure that is open, and its last branch.
         let mut open: Vec<[usize; 2]> = Vec::new();
+        let mut files = 0;
         for index in 0..self.list.len() {
             let Some(turn) = self.list.get(index) else { break };
+            let files_before = files;
+            files = starts.partition_point(|start| *start <= turn.block);
+            if files != files_before {
+                open.clear();
+            }
             let Statement { name, step, .. } = turn.statement.clone();
             if open.len() > MAX_NESTED {
                 self.list.iter_mut().for_each(|turn| turn.partner = None);
@@ -191,20 +207,15 @@ impl Turns {
         self.list.get(index)?.end
     }
 
-    /// The subprogram of this name, by the index of its turn, if it is there once.
-    pub(super) fn subprogram(&self, name: &PlaceName) -> Option<usize> {
-        match self.subprograms.get(name)?.as_slice() {
-            [one] => Some(*one),
-            _ => None,
-        }
+    /// The subprogram of this name in these blocks, by the index of its turn, if it is there once.
+    pub(super) fn subprogram(&self, name: &PlaceName, within: &Range<usize>) -> Option<usize> {
+        let block_of = |turn: &usize| self.list.get(*turn).map_or(usize::MAX, |turn| turn.block);
+        only_within(self.subprograms.get(name)?, within, block_of)
     }
 
-    /// The block of a name that is there once.
-    pub(super) fn place(&self, name: &PlaceName) -> Option<usize> {
-        match self.places.get(name)?.as_slice() {
-            [one] => Some(*one),
-            _ => None,
-        }
+    /// The block of a name that is in these blocks once.
+    pub(super) fn place(&self, name: &PlaceName, within: &Range<usize>) -> Option<usize> {
+        only_within(self.places.get(name)?, within, |block| *block)
     }
 
     /// The block to which a jump at this block goes. Programs of one text do not jump into each other.
@@ -225,6 +236,17 @@ impl Turns {
             Search::Around => later().or_else(first),
         }
     }
+}
+
+/// The entry whose block is within these, if there is one alone. The entries are in the order of their blocks.
+fn only_within(
+    entries: &[usize],
+    within: &Range<usize>,
+    block_of: impl Fn(&usize) -> usize,
+) -> Option<usize> {
+    let first = entries.partition_point(|entry| block_of(entry) < within.start);
+    let inside = |at: usize| entries.get(at).copied().filter(|entry| block_of(entry) < within.end);
+    inside(first).filter(|_| inside(first + 1).is_none())
 }
 
 fn opened(step: &Step) -> Option<Structure> {

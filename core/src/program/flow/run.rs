@@ -2,9 +2,13 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::num::NonZeroU16;
 
+use super::files::{Files, SubprogramFile};
 use super::places::{Turn, Turns};
-use crate::program::course::{Comparison, Piece, PlaceName, Search, Statement, Step, Structure, When};
+use crate::program::course::{
+    Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When,
+};
 use crate::program::{
     Batch, Block, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode, Dialect, Excerpt,
 };
@@ -14,8 +18,6 @@ use crate::program::{
 const MAX_STEPS: u64 = 250_000;
 /// Bytes of an expression that count as one more statement.
 const STEP_BYTES: u64 = 32;
-/// The most calls inside each other. Controls allow between 4 and 16.
-const MAX_CALLS: usize = 32;
 
 /// Numbers that differ by less than this share may compare either way in the arithmetic of another control.
 const ON_EDGE: f64 = 1e-9;
@@ -27,23 +29,36 @@ fn order(left: f64, right: f64) -> Option<Ordering> {
     is_certain.then_some(order)
 }
 
+/// What a called text does not share with its caller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Own {
+    Nothing,
+    /// Its parameters.
+    Parameters,
+    /// The variables of its file.
+    Variables,
+}
+
 /// What calls the present text.
 #[derive(Debug)]
-struct Caller {
+pub(super) struct Caller {
     /// The block after the call.
-    back: usize,
+    pub(super) back: usize,
     /// The block at which the called text begins.
-    begin: usize,
+    pub(super) begin: usize,
+    /// The file of the caller, and the line of the call in it.
+    pub(super) file: usize,
+    pub(super) line: u64,
     /// How often it still runs after this time.
-    again: u32,
-    /// It has parameters of its own.
-    is_own: bool,
+    pub(super) again: u32,
+    /// What it does not share with its caller.
+    pub(super) own: Own,
     /// The repetitions of the caller that are under way.
-    repetitions: BTreeMap<usize, u64>,
+    pub(super) repetitions: BTreeMap<usize, u64>,
 }
 
 /// The effect of a statement.
-enum Course {
+pub(super) enum Course {
     /// The next block to run.
     GoOn(usize),
     /// The statement is an ordinary block.
@@ -57,26 +72,33 @@ enum Course {
 /// A program that is run block by block. Conditions are computed from the values that the text fixes.
 #[derive(Debug)]
 pub struct ProgramRun {
-    batches: Vec<Batch>,
+    pub(super) batches: Vec<Batch>,
     /// The index of the first block of every batch.
     first_blocks: Vec<usize>,
-    blocks: usize,
-    turns: Turns,
-    constants: Constants,
+    pub(super) files: Files,
+    /// The name of the main program's head.
+    main_head: Option<PlaceName>,
+    /// The file of the next block.
+    pub(super) file: usize,
+    pub(super) turns: Turns,
+    pub(super) constants: Constants,
     /// The next block.
-    at: usize,
-    callers: Vec<Caller>,
+    pub(super) at: usize,
+    pub(super) callers: Vec<Caller>,
     /// How often repetitions still have to run, by the index of their turn.
-    repetitions: BTreeMap<usize, u64>,
+    pub(super) repetitions: BTreeMap<usize, u64>,
     steps: u64,
     has_ended: bool,
 }
 
 impl ProgramRun {
     /// The run of the program in these batches, from the block that begins at this byte of the upload on. Before it,
-    /// the program has run in the order of its text.
+    /// the program has run in the order of its text. It calls these files.
     #[must_use]
-    pub fn new(batches: Vec<Batch>, from: u64) -> Self {
+    pub fn new(mut batches: Vec<Batch>, from: u64, subprograms: Vec<SubprogramFile>) -> Self {
+        let main_blocks = batches.iter().map(|batch| batch.blocks().len()).sum();
+        let files = Files::new(main_blocks, &subprograms);
+        batches.extend(subprograms.into_iter().flat_map(|file| file.batches));
         let mut first_blocks = Vec::with_capacity(batches.len());
         let mut blocks = 0;
         for batch in &batches {
@@ -84,11 +106,16 @@ impl ProgramRun {
             blocks += batch.blocks().len();
         }
         let dialect = batches.first().map_or(Dialect::Iso, Batch::dialect);
-        let turns = Turns::of(&batches);
+        let turns = Turns::of(&batches, &files.starts());
+        let in_main = (0..).map_while(|index| turns.get(index)).take_while(|turn| turn.block < main_blocks);
+        let mut heads = in_main.filter(|turn| turn.statement.step == Step::Head);
+        let main_head = heads.find_map(|turn| turn.statement.name.clone());
         let mut run = Self {
             batches,
             first_blocks,
-            blocks,
+            files,
+            main_head,
+            file: 0,
             turns,
             constants: Constants::new(dialect),
             at: 0,
@@ -101,10 +128,12 @@ impl ProgramRun {
         run
     }
 
-    /// Evaluates the blocks before this byte.
+    /// Evaluates the blocks of the main program before this byte.
     fn pass_to(&mut self, from: u64) {
         let mut passed = Batch::new();
-        for (batch, first) in self.batches.iter().zip(&self.first_blocks) {
+        let end = self.files.blocks(0).end;
+        let of_main = self.batches.iter().zip(&self.first_blocks).filter(|(_, first)| **first < end);
+        for (batch, first) in of_main {
             let before = |block: &Block| batch.offset() + u64::from(block.start) < from;
             let count = batch.blocks().partition_point(before);
             batch.copy_blocks(0, count, &mut passed);
@@ -118,9 +147,13 @@ impl ProgramRun {
 
     /// Fills `batch` with the next blocks that run; false if there are none.
     pub fn next_batch(&mut self, batch: &mut Batch) -> bool {
-        while !self.has_ended && self.at < self.blocks {
+        while !self.has_ended {
+            let end = self.files.body(self.file).end;
             let turn = self.turns.first_at(self.at);
-            let stop = self.turns.get(turn).map_or(self.blocks, |turn| turn.block);
+            let stop = self.turns.get(turn).map_or(end, |turn| turn.block.min(end));
+            if self.at >= end && self.file == 0 {
+                break;
+            }
             if stop > self.at {
                 self.run_blocks(stop, batch);
                 return true;
@@ -128,6 +161,8 @@ impl ProgramRun {
             self.steps += 1;
             let course = if self.steps > MAX_STEPS {
                 Course::Fail(DiagnosticCode::RunsTooLong { text: self.excerpt(), max: MAX_STEPS })
+            } else if self.at >= end {
+                self.end_of_file()
             } else {
                 self.obey(turn)
             };
@@ -161,6 +196,11 @@ impl ProgramRun {
         let Some((source, first)) = self.batch_of(self.at) else { return stop };
         let last = stop.min(first + source.blocks().len());
         source.copy_blocks(self.at - first, last - first, batch);
+        if let Some(file) = u16::try_from(self.file).ok().and_then(NonZeroU16::new) {
+            let calls = self.callers.iter().rev();
+            let from_main = calls.clone().find(|caller| caller.file == 0).or(calls.clone().next_back());
+            batch.call_from(from_main.map_or(0, |caller| caller.line), file);
+        }
         last
     }
 
@@ -191,18 +231,24 @@ impl ProgramRun {
         true
     }
 
+    /// The line of the present block in its file.
+    pub(super) fn line(&self) -> u64 {
+        let Some((batch, first)) = self.batch_of(self.at) else { return 0 };
+        batch.blocks().get(self.at - first).map_or(0, |block| block.line)
+    }
+
     /// The text of the present block.
     fn text(&self) -> &[u8] {
         let Some((batch, first)) = self.batch_of(self.at) else { return &[] };
         batch.blocks().get(self.at - first).map_or(&[], |block| batch.block_text(block))
     }
 
-    fn excerpt(&self) -> Excerpt {
+    pub(super) fn excerpt(&self) -> Excerpt {
         Excerpt::new(self.text().trim_ascii())
     }
 
     /// The value of a piece of the present block. A long expression counts as several statements.
-    fn value(&mut self, piece: Piece) -> Option<f64> {
+    pub(super) fn value(&mut self, piece: Piece) -> Option<f64> {
         let text = piece.of(self.text()).trim_ascii().to_vec();
         self.steps += text.len() as u64 / STEP_BYTES;
         self.constants.value(&text)
@@ -223,7 +269,22 @@ impl ProgramRun {
             return Course::Refuse;
         }
         match step {
-            Step::Plain | Step::End | Step::Entry => Course::Show,
+            Step::End(end) if self.file > 0 => match end {
+                EndInCall::EndsAll => Course::Show,
+                EndInCall::Returns => self.return_from_call(true),
+                EndInCall::NotFollowed => Course::Refuse,
+            },
+            Step::Head if self.file > 0 => match name {
+                Some(name) if self.main_head.as_ref() != Some(&name) => Course::Refuse,
+                _ => next,
+            },
+            Step::NotInCall if self.file > 0 => Course::Refuse,
+            Step::NotInSub if self.callers.iter().any(|caller| caller.own == Own::Parameters) => {
+                Course::Refuse
+            }
+            Step::Plain | Step::End(_) | Step::Entry | Step::Head | Step::NotInCall | Step::NotInSub => {
+                Course::Show
+            }
             Step::NotFollowed => Course::Refuse,
             Step::Open(Structure::Sub, _) | Step::Else(_) => self.after(self.turns.end_of(index)),
             Step::Open(Structure::While, piece) if partner.is_some_and(|partner| partner < index) => {
@@ -252,7 +313,7 @@ impl ProgramRun {
             Step::Return => self.return_from_call(true),
             Step::ReturnIfCalled => self.return_from_call(false),
             Step::CallOwn(arguments) => self.call_own(name.as_ref(), &arguments),
-            Step::Call(times) => self.call(name.as_ref(), times),
+            Step::Call(callee, times) => self.call(name.as_ref(), callee, times),
             Step::GoBack(times) => self.go_back(index, name.as_ref(), times),
             Step::Jump { search, when, may_lack } => {
                 let Some(holds) = self.is_time(&when) else { return Course::Refuse };
@@ -412,60 +473,10 @@ impl ProgramRun {
         Course::GoOn(self.at + 1)
     }
 
-    /// A call of an O word. A subprogram that is not in the text is called as an ordinary block.
-    fn call_own(&mut self, name: Option<&PlaceName>, arguments: &[Piece]) -> Course {
-        let Some(begin) = name.and_then(|name| self.turns.subprogram(name)) else { return Course::Show };
-        let Some(begin) = self.turns.get(begin).filter(|turn| turn.partner.is_some()) else {
-            return Course::Refuse;
-        };
-        let begin = begin.block + 1;
-        let values: Vec<_> = arguments.iter().map(|piece| self.value(*piece)).collect();
-        let course = self.enter(begin, 1, true);
-        if matches!(course, Course::GoOn(_)) {
-            self.constants.enter(&values);
-        }
-        course
-    }
-
-    /// A call of a program or a label.
-    fn call(&mut self, name: Option<&PlaceName>, times: u32) -> Course {
-        let place = name.and_then(|name| self.turns.place(name));
-        place.map_or(Course::Show, |place| self.enter(place + 1, times, false))
-    }
-
-    fn enter(&mut self, begin: usize, times: u32, is_own: bool) -> Course {
-        if self.callers.len() >= MAX_CALLS {
-            return Course::Fail(DiagnosticCode::CallsTooDeep { text: self.excerpt(), max: MAX_CALLS });
-        }
-        let repetitions = std::mem::take(&mut self.repetitions);
-        let again = times.saturating_sub(1);
-        self.callers.push(Caller { back: self.at + 1, begin, again, is_own, repetitions });
-        Course::GoOn(begin)
-    }
-
-    /// The end of a called text. `shows`: without a call, the statement is an ordinary block.
-    fn return_from_call(&mut self, shows: bool) -> Course {
-        match self.callers.last_mut() {
-            Some(caller) if caller.again > 0 => {
-                caller.again -= 1;
-                self.repetitions.clear();
-                return Course::GoOn(caller.begin);
-            }
-            Some(_) => {}
-            None if shows => return Course::Show,
-            None => return Course::GoOn(self.at + 1),
-        }
-        let Some(caller) = self.callers.pop() else { return Course::Refuse };
-        if caller.is_own {
-            self.constants.leave();
-        }
-        self.repetitions = caller.repetitions;
-        Course::GoOn(caller.back)
-    }
-
     /// `CALL LBL 5 REP 2`: the text from the label to here runs twice more.
     fn go_back(&mut self, index: usize, name: Option<&PlaceName>, times: u32) -> Course {
-        let place = name.and_then(|name| self.turns.place(name)).filter(|place| *place < self.at);
+        let here = self.files.blocks(self.file);
+        let place = name.and_then(|name| self.turns.place(name, &here)).filter(|place| *place < self.at);
         let Some(place) = place else { return Course::Refuse };
         let left = self.repetitions.get(&index).copied().unwrap_or(u64::from(times));
         if left == 0 {

@@ -11,7 +11,7 @@ mod statement;
 mod write;
 
 use super::detect::starts;
-use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm, WritingOut};
 use crate::program::writer::Writing;
 
 /// The rules of cutter location data.
@@ -28,6 +28,9 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: true,
     arithmetic: Arithmetic::None,
     flow: None,
+    file_end_returns: false,
+    writing_out: WritingOut::PLAIN,
+    file_endings: &[],
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"PARTNO"]),
         comment: ["$$ ", ""],

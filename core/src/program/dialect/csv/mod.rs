@@ -5,7 +5,7 @@ mod write;
 
 pub(super) use table::is_header;
 
-use super::rules::{Arithmetic, DialectRules, Grammar, Read};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, WritingOut};
 use crate::program::writer::Writing;
 
 /// The rules of tables.
@@ -23,6 +23,9 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
     flow: None,
+    file_end_returns: false,
+    writing_out: WritingOut::PLAIN,
+    file_endings: &[],
     stamp: None,
     writing: Writing {
         change: write::print_row,

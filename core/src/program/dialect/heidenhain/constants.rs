@@ -14,6 +14,8 @@ use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word
 const OF_THE_CONTROL: std::ops::Range<u32> = 100..200;
 /// The most parameters that a control has.
 const MAX_NUMBER: u32 = 10_000;
+/// From the QL parameters of a program to those of the one that it calls. They are behind all others.
+const NEXT_PROGRAM: u32 = 3 * MAX_NUMBER;
 /// The deepest formula that is computed.
 const MAX_DEPTH: u32 = 32;
 /// Decimals of a word whose value comes from a parameter.
@@ -23,6 +25,8 @@ const DECIMALS: u8 = 4;
 #[derive(Debug, Clone, Default)]
 pub(in crate::program) struct Parameters {
     values: BTreeMap<u32, f64>,
+    /// How many files call the present one, one inside the other. Each has QL parameters of its own.
+    depth: u32,
 }
 
 impl Parameters {
@@ -46,6 +50,21 @@ impl Parameters {
                 _ => {}
             }
         }
+    }
+
+    /// Another program is called. It has QL parameters of its own, whose values are not known.
+    pub(in crate::program) fn enter_file(&mut self) {
+        self.depth += 1;
+    }
+
+    /// It ends, and its QL parameters with it.
+    pub(in crate::program) fn leave_file(&mut self) {
+        while let Some(last) =
+            self.values.last_entry().filter(|last| *last.key() >= self.depth * NEXT_PROGRAM)
+        {
+            last.remove();
+        }
+        self.depth = self.depth.saturating_sub(1);
     }
 
     /// Words whose parameter is known take its value.
@@ -284,7 +303,8 @@ impl Formula<'_> {
         if number.is_none() {
             self.at = from;
         }
-        number.map(|number| kind * MAX_NUMBER + number)
+        let program = if kind == 1 { self.parameters.depth * NEXT_PROGRAM } else { 0 };
+        number.map(|number| program + kind * MAX_NUMBER + number)
     }
 
     /// A number or a parameter, with the signs before it.

@@ -1,6 +1,8 @@
 //! The course of conversational programs: labels, their calls and repetitions, jumps by FN 9 to FN 12.
 
-use crate::program::course::{Comparison, Piece, PlaceName, Search, Statement, Step, When};
+use crate::program::course::{
+    Callee, Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, When, called_name,
+};
 use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word, WordForm};
 
 /// The most repetitions of a section.
@@ -12,16 +14,20 @@ pub(super) fn read(batch: &Batch, block: &Block) -> Statement {
     let statement = match block.kind {
         BlockKind::Words => of_words(batch, block, text),
         BlockKind::Flow => of_function(text).unwrap_or(Statement::NOT_FOLLOWED),
+        BlockKind::Call => called_program(text).map_or(Statement::PLAIN, |name| {
+            Statement::named(called_name(name), Step::Call(Callee::File, 1))
+        }),
         _ => Statement::PLAIN,
     };
-    let is_plain = matches!(statement.step, Step::Plain | Step::End);
+    let is_plain = matches!(statement.step, Step::Plain | Step::End(_) | Step::Head);
     if block.flags.has(BlockFlags::DELETE) && !is_plain { Statement::NOT_FOLLOWED } else { statement }
 }
 
 fn of_words(batch: &Batch, block: &Block, text: &[u8]) -> Statement {
     let words = batch.words(block);
     if words.iter().any(|word| word.address == Address::M && matches!(word.code_tenths(), Some(20 | 300))) {
-        return Statement::of(Step::End);
+        // A called program must not have it.
+        return Statement::of(Step::End(EndInCall::NotFollowed));
     }
     let Some(keyword) = words.iter().find_map(Word::keyword) else { return Statement::PLAIN };
     let place = || {
@@ -29,10 +35,13 @@ fn of_words(batch: &Batch, block: &Block, text: &[u8]) -> Statement {
         names.next().filter(|word| word.form == WordForm::Number).map(|word| label(word.value))
     };
     match (keyword, place()) {
-        (Keyword::EndPgm, _) => Statement::of(Step::End),
+        (Keyword::EndPgm, _) => Statement::of(Step::End(EndInCall::Returns)),
+        // A program counts in the unit of its own head.
+        (Keyword::BeginMm, _) => Statement::named(PlaceName::from(*b"MM"), Step::Head),
+        (Keyword::BeginInch, _) => Statement::named(PlaceName::from(*b"INCH"), Step::Head),
         (Keyword::Label, Some(name)) => Statement::at(name, Step::Label),
         (Keyword::LabelEnd, _) => Statement::of(Step::ReturnIfCalled),
-        (Keyword::CallLabel, Some(name)) => Statement::named(name, Step::Call(1)),
+        (Keyword::CallLabel, Some(name)) => Statement::named(name, Step::Call(Callee::Place, 1)),
         (Keyword::RepeatLabel, Some(name)) => match repetitions(text) {
             Some(times) => Statement::named(name, Step::GoBack(times)),
             None => Statement::NOT_FOLLOWED,
@@ -55,6 +64,19 @@ fn repetitions(text: &[u8]) -> Option<u32> {
     let behind = rest.get(digits..)?.trim_ascii_start();
     let is_plain = matches!(behind.first(), None | Some(b';'));
     (is_plain && times <= MAX_TIMES).then_some(times)
+}
+
+/// `CALL PGM TNC:\\PARTS\\POCKET.H`: the name as it is written.
+fn called_program(text: &[u8]) -> Option<&[u8]> {
+    let end = memchr::memchr(b';', text).unwrap_or(text.len());
+    let words = words_of(text.get(..end)?, 0);
+    let of = |word: &Piece| word.of(text);
+    let call = words.iter().position(|word| of(word).eq_ignore_ascii_case(b"CALL"))?;
+    let is_first = words.iter().take(call).all(|word| of(word).iter().all(u8::is_ascii_digit));
+    let [program, name] = words.get(call + 1..)? else { return None };
+    let name = of(name);
+    let name = name.strip_prefix(b"\"").and_then(|name| name.strip_suffix(b"\"")).unwrap_or(name);
+    (is_first && call <= 1 && of(program).eq_ignore_ascii_case(b"PGM")).then_some(name)
 }
 
 /// `FN 9: IF +Q1 EQU +Q2 GOTO LBL 3`
@@ -110,6 +132,11 @@ mod tests {
         assert!(matches!(statement.step, Step::Jump { when: When::Compares(..), .. }));
         for text in ["FN 9: IF Q1 IS UNDEFINED GOTO LBL 3", "FN 9: IF +Q1 EQU +Q2 GOTO LBL \"A\"", "FN 9"] {
             assert_eq!(of_function(text.as_bytes()), None, "{text}");
+        }
+        assert_eq!(called_program(b"7 CALL PGM TNC:\\A\\B.H ; note"), Some(&b"TNC:\\A\\B.H"[..]));
+        assert_eq!(called_program(b"CALL PGM \"B\""), Some(&b"B"[..]));
+        for text in ["CALL SELECTED PGM", "CALL PGM", "L X5 CALL PGM B", "CALL PGM A B"] {
+            assert_eq!(called_program(text.as_bytes()), None, "{text}");
         }
         assert_eq!(repetitions(b"CALL LBL 5 REP 2/2"), None);
         assert_eq!(repetitions(b"CALL LBL 5 REP 2"), Some(2));

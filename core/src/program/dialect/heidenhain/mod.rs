@@ -8,6 +8,7 @@ mod line;
 mod path;
 mod statement;
 mod write;
+mod writing_out;
 
 use super::detect::starts;
 use super::number::{self, Spelling};
@@ -29,6 +30,9 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Heidenhain,
     flow: Some(flow::read),
+    file_end_returns: false,
+    writing_out: writing_out::RULES,
+    file_endings: &[".h"],
     stamp: Some(StampForm {
         after: StampAfter::LineWith(b"BEGIN PGM"),
         comment: ["; ", ""],

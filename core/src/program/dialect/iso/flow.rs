@@ -1,7 +1,9 @@
 //! The course of ISO programs: O words of RS274/NGC, WHILE, IF and GOTO of macros, M98 and M99.
 
 use crate::program::comment::comment_end;
-use crate::program::course::{Piece, PlaceName, Search, Statement, Step, Structure, When, block_number};
+use crate::program::course::{
+    Callee, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When, block_number,
+};
 use crate::program::number::read_unsigned;
 use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Word, WordForm};
 
@@ -20,7 +22,7 @@ pub(super) fn read(batch: &Batch, block: &Block) -> Statement {
         }
         _ => Statement::PLAIN,
     };
-    let is_plain = matches!(statement.step, Step::Plain | Step::End | Step::Entry);
+    let is_plain = matches!(statement.step, Step::Plain | Step::End(_) | Step::Entry | Step::NotInSub);
     if block.flags.has(BlockFlags::DELETE) && !is_plain { Statement::NOT_FOLLOWED } else { statement }
 }
 
@@ -30,7 +32,7 @@ fn of_words(words: &[Word]) -> Statement {
     for word in words {
         present |= word.address.bit();
         if word.address == Address::M
-            && let Some(tenths @ (20 | 300 | 980 | 990)) = word.code_tenths()
+            && let Some(tenths @ (20 | 300 | 730 | 980 | 990)) = word.code_tenths()
         {
             code = Some(tenths);
         }
@@ -42,7 +44,9 @@ fn of_words(words: &[Word]) -> Statement {
     let only = |addresses: u32| present & !(addresses | Address::N.bit() | Address::M.bit()) == 0;
     let m_codes = words.iter().filter(|word| word.address == Address::M).count();
     match code {
-        Some(20 | 300) => Statement::of(Step::End),
+        // M73: RS274 controls restore the modes when the subprogram ends.
+        Some(730) => Statement::of(Step::NotInSub),
+        Some(20 | 300) => Statement::of(Step::End(EndInCall::EndsAll)),
         Some(980) if m_codes == 1 && only(Address::P.bit() | Address::L.bit()) => {
             let times = if present & Address::L.bit() == 0 { Some(1.0) } else { number(Address::L) };
             let whole = times.filter(|times| times.fract() == 0.0 && (1.0..=MAX_TIMES).contains(times));
@@ -53,7 +57,9 @@ fn of_words(words: &[Word]) -> Statement {
                 reason = "a small whole number"
             )]
             match (program, whole) {
-                (Some(program), Some(times)) => Statement::named(entry(program), Step::Call(times as u32)),
+                (Some(program), Some(times)) => {
+                    Statement::named(entry(program), Step::Call(Callee::Program, times as u32))
+                }
                 // The interpreter says what is not known after it.
                 _ => Statement::PLAIN,
             }
@@ -63,7 +69,8 @@ fn of_words(words: &[Word]) -> Statement {
         Some(990) => Statement::NOT_FOLLOWED,
         _ if present & Address::O.bit() != 0 => match number(Address::O) {
             Some(program) => Statement::at(entry(program), Step::Entry),
-            None => Statement::PLAIN,
+            // A name.
+            None => Statement::of(Step::Entry),
         },
         _ => Statement::PLAIN,
     }

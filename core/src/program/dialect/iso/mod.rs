@@ -4,6 +4,7 @@ pub(in crate::program) mod constants;
 mod flow;
 mod line;
 mod statement;
+mod writing_out;
 
 pub(in crate::program) use line::read_line;
 pub(super) use line::{fail_exponent, read_plain_line};
@@ -26,6 +27,9 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Rs274,
     flow: Some(flow::read),
+    file_end_returns: false,
+    writing_out: writing_out::RULES,
+    file_endings: &[],
     stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: true }),
     writing: Writing::LETTERS,
 };

@@ -8,7 +8,7 @@ mod line;
 
 pub(super) use detect::{selects_offset, unread_statement};
 
-use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm};
+use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm, WritingOut};
 use crate::program::writer::Writing;
 
 /// The rules of OSP programs.
@@ -25,6 +25,9 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
     flow: None,
+    file_end_returns: false,
+    writing_out: WritingOut::PLAIN,
+    file_endings: &[],
     stamp: Some(StampForm { after: StampAfter::TapeMarkAndName, comment: ["(", ")"], or_semicolons: false }),
     writing: Writing::LETTERS,
 };

@@ -1,8 +1,14 @@
 //! The course of Sinumerik programs: structures, jumps to labels and block numbers, CASE.
 
 use super::constants::operand_name_end;
-use crate::program::course::{Piece, PlaceName, Search, Statement, Step, Structure, When, block_number};
-use crate::program::{Address, Batch, Block, BlockFlags, BlockKind};
+use super::names;
+use crate::program::course::{
+    Callee, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When, block_number, called_name,
+};
+use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Word};
+
+/// The most times that a call runs a subprogram.
+const MAX_TIMES: u32 = 9999;
 
 /// What a block does to the course of its program.
 pub(super) fn read(batch: &Batch, block: &Block) -> Statement {
@@ -11,19 +17,90 @@ pub(super) fn read(batch: &Batch, block: &Block) -> Statement {
     let end = body_end(text, from);
     let statement = match block.kind {
         BlockKind::Flow => of_text(text, from, end).unwrap_or(Statement::NOT_FOLLOWED),
-        BlockKind::Words => {
-            let ends = batch
-                .words(block)
-                .iter()
-                .any(|word| word.address == Address::M && matches!(word.code_tenths(), Some(20 | 170 | 300)));
-            Statement::of(if ends { Step::End } else { Step::Plain })
-        }
+        BlockKind::Call => call(text, from, end).unwrap_or(Statement::PLAIN),
+        BlockKind::Assignment => head(text, from, end).unwrap_or(Statement::PLAIN),
+        BlockKind::Words => of_words(batch.words(block)),
         _ => Statement::PLAIN,
     };
-    let is_plain = matches!(statement.step, Step::Plain | Step::End);
+    let is_plain = matches!(statement.step, Step::Plain | Step::End(_) | Step::Head | Step::NotInCall);
     let is_skippable = block.flags.has(BlockFlags::DELETE) && !is_plain;
     let statement = if is_skippable { Statement::NOT_FOLLOWED } else { statement };
     Statement { place: label, ..statement }
+}
+
+/// The end of a program. In a called file it returns if the block has nothing else.
+fn of_words(words: &[Word]) -> Statement {
+    let ends = |word: &Word| word.address == Address::M && matches!(word.code_tenths(), Some(20 | 170 | 300));
+    if !words.iter().any(ends) {
+        return Statement::PLAIN;
+    }
+    let is_alone = words.iter().all(|word| word.address == Address::N || ends(word));
+    Statement::of(Step::End(if is_alone { EndInCall::Returns } else { EndInCall::NotFollowed }))
+}
+
+/// `PROC NAME`. A subprogram with parameters, and one that gives the modes of its caller back, is not followed.
+fn head(text: &[u8], from: usize, end: usize) -> Option<Statement> {
+    let text = text.get(..end)?;
+    let word_end = operand_name_end(text, from);
+    if !text.get(from..word_end)?.eq_ignore_ascii_case(b"PROC") {
+        return None;
+    }
+    let name = blanks_end(text, word_end);
+    let mut at = blanks_end(text, operand_name_end(text, name));
+    while at < end {
+        let next = operand_name_end(text, at);
+        let says_nothing = [&b"DISPLOF"[..], b"DISPLON", b"SBLOF", b"SBLON", b"ACTBLOCNO"];
+        let word = text.get(at..next).unwrap_or_default();
+        if !says_nothing.iter().any(|known| word.eq_ignore_ascii_case(known)) {
+            return Some(Statement::of(Step::NotInCall));
+        }
+        at = blanks_end(text, next);
+    }
+    Some(Statement::of(Step::Head))
+}
+
+/// `L100`, `L100 P3`, `POCKET`, `POCKET P2`, `CALL "POCKET"`, `EXTCALL "POCKET.SPF"`. A call with parameters is not
+/// followed.
+fn call(text: &[u8], from: usize, end: usize) -> Option<Statement> {
+    let text = text.get(..end)?;
+    let word_end = operand_name_end(text, from);
+    let word = text.get(from..word_end)?;
+    let mut at = blanks_end(text, word_end);
+    let by_text = word.eq_ignore_ascii_case(b"CALL") || word.eq_ignore_ascii_case(b"EXTCALL");
+    let name = if by_text {
+        let has_brackets = text.get(at) == Some(&b'(');
+        at = if has_brackets { blanks_end(text, at + 1) } else { at };
+        let rest = text.get(at..)?.strip_prefix(b"\"")?;
+        let length = memchr::memchr(b'"', rest)?;
+        at = blanks_end(text, at + length + 2);
+        if has_brackets {
+            at = (text.get(at) == Some(&b')')).then(|| blanks_end(text, at + 1))?;
+        }
+        rest.get(..length)?
+    } else if word.len() > 1 && names::name(word).is_none() {
+        word
+    } else {
+        return None;
+    };
+    let mut times = 1;
+    if matches!(text.get(at), Some(b'P' | b'p')) {
+        at = blanks_end(text, at + 1);
+        let digits = text.get(at..)?.iter().take_while(|byte| byte.is_ascii_digit()).count();
+        times = std::str::from_utf8(text.get(at..at + digits)?).ok()?.parse().ok()?;
+        at = blanks_end(text, at + digits);
+    }
+    let is_done = at >= text.len() && (1..=MAX_TIMES).contains(&times);
+    is_done.then(|| Statement::named(bare(&called_name(name)), Step::Call(Callee::File, times)))
+}
+
+/// The name of a program without the marks of the control's own folders: `_N_POCKET_SPF` is POCKET.SPF.
+fn bare(name: &PlaceName) -> PlaceName {
+    let Some(marked) = name.strip_prefix(b"_N_") else { return name.clone() };
+    match marked.len().checked_sub(4).map(|at| marked.split_at(at)) {
+        Some((stem, b"_SPF")) => [stem, b".SPF"].concat().into(),
+        Some((stem, b"_MPF")) => [stem, b".MPF"].concat().into(),
+        _ => marked.into(),
+    }
 }
 
 /// The label of a statement, and where its text begins after the block number and the label.
@@ -217,6 +294,29 @@ mod tests {
             panic!("a CASE");
         };
         assert_eq!(places.len(), 2);
+        let called = |text: &str| {
+            let Statement { name, step, .. } = call(text.as_bytes(), 0, text.len())?;
+            let Step::Call(Callee::File, times) = step else { return None };
+            Some((String::from_utf8_lossy(&name?).into_owned(), times))
+        };
+        for (text, name, times) in [
+            ("L54", "L54", 1),
+            ("l54 p3", "L54", 3),
+            ("Pocket", "POCKET", 1),
+            ("CALL \"POCKET\"", "POCKET", 1),
+            ("EXTCALL(\"/_N_WKS_DIR/_N_A_WPD/_N_POCKET_SPF\")", "POCKET.SPF", 1),
+            ("EXTCALL \"POCKET.SPF\"", "POCKET.SPF", 1),
+        ] {
+            assert_eq!(called(text), Some((name.to_owned(), times)), "{text}");
+        }
+        for text in ["POCKET(1,2)", "CALL NAME", "PCALL \"A\"", "L54 P0", "L54 X5", "CALL \"A\" B"] {
+            assert_eq!(called(text), None, "{text}");
+        }
+        let of_head = |text: &str| head(text.as_bytes(), 0, text.len()).map(|statement| statement.step);
+        assert_eq!(of_head("PROC POCKET DISPLOF"), Some(Step::Head));
+        assert_eq!(of_head("PROC POCKET(REAL X)"), Some(Step::NotInCall));
+        assert_eq!(of_head("PROC POCKET SAVE"), Some(Step::NotInCall));
+        assert_eq!(of_head("DEF REAL X"), None);
         for text in ["REPEAT LA1 P=3", "GOTO \"LA\"<<R1", "FOR i=0", "ELSE X5", "WHILE", "CASE(1)", "GOTOS"] {
             assert_eq!(step(text), None, "{text}");
         }

@@ -9,6 +9,7 @@ mod flow;
 mod line;
 mod names;
 mod statement;
+mod writing_out;
 
 pub(super) use detect::assigns_a_word;
 
@@ -30,6 +31,9 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Siemens,
     flow: Some(flow::read),
+    file_end_returns: true,
+    writing_out: writing_out::RULES,
+    file_endings: &[".spf", ".mpf", "_spf", "_mpf"],
     stamp: Some(StampForm {
         after: StampAfter::LinesThatBeginWith(&[b"%", b";$"]),
         comment: ["; ", ""],

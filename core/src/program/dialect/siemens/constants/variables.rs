@@ -110,7 +110,8 @@ impl Variable {
     }
 }
 
-/// The variables that the program has declared and assigned so far. R parameters are among the names, as `R12`.
+/// The variables that the program has declared and assigned so far. R parameters are among the names, as `R12`. Those
+/// of a called file have its [mark](mark) before their names.
 #[derive(Debug, Clone, Default)]
 pub(in crate::program) struct Variables {
     known: BTreeMap<Vec<u8>, Variable>,
@@ -119,6 +120,8 @@ pub(in crate::program) struct Variables {
     live: BTreeSet<Vec<u8>>,
     /// Names that the present block has assigned.
     fresh: BTreeSet<Vec<u8>>,
+    /// How many files call the present one, one inside the other. Each has variables of its own.
+    depth: u8,
 }
 
 /// The form in which a name is kept: upper case, and R parameters without the mark of system variables.
@@ -151,7 +154,7 @@ impl Names for Variables {
         if self.fresh.contains(&key) {
             return None;
         }
-        let variable = self.known.get(&key)?;
+        let variable = self.known.get(&self.kept(&key))?;
         let value = variable.elements.get(variable.index(subscripts)?)?;
         Some(Number { value, is_whole: matches!(variable.kind, Kind::Whole | Kind::Truth) })
     }
@@ -176,6 +179,32 @@ impl Variables {
         let calls = |word: &Word| word.keyword() == Some(Keyword::ModalCall);
         if batch.words(block).iter().any(calls) {
             self.forget();
+        }
+    }
+
+    /// Another program is called. It has variables of its own. R parameters belong to all programs.
+    pub(in crate::program) fn enter_file(&mut self) {
+        self.depth += 1;
+    }
+
+    /// It ends, and its variables with it.
+    pub(in crate::program) fn leave_file(&mut self) {
+        let begins = [mark(self.depth)];
+        while let Some(last) = self.known.last_entry().filter(|last| last.key().starts_with(&begins)) {
+            self.elements = self.elements.saturating_sub(last.remove().elements.len());
+        }
+        while self.live.last().is_some_and(|last| last.starts_with(&begins)) {
+            self.live.pop_last();
+        }
+        self.depth = self.depth.saturating_sub(1);
+    }
+
+    /// A name as the present program's variable is kept.
+    fn kept(&self, key: &[u8]) -> Vec<u8> {
+        if self.depth == 0 || is_parameter(key) {
+            key.to_owned()
+        } else {
+            [&[mark(self.depth)], key].concat()
         }
     }
 
@@ -301,7 +330,7 @@ impl Variables {
         }
         let value_text = text.get(from..).unwrap_or_default();
         let values = declaration::values(value_text, self);
-        let known_before = self.known.get(&key).is_some_and(|variable| variable.is_declared);
+        let known_before = self.known.get(&self.kept(&key)).is_some_and(|variable| variable.is_declared);
         self.put(&key, &subscripts, &values, may_be_skipped);
         self.fresh.insert(key.clone());
         if known_before || is_parameter { Keyword::Assigned } else { undeclared(&key) }
@@ -310,7 +339,7 @@ impl Variables {
     /// The value of a variable is no longer known.
     fn lose(&mut self, key: &[u8]) -> Keyword {
         let mut declared = false;
-        if let Some(variable) = self.known.get_mut(key) {
+        if let Some(variable) = self.known.get_mut(&self.kept(key)) {
             variable.elements.fill(None);
             declared = variable.is_declared;
         }
@@ -325,14 +354,15 @@ impl Variables {
         values: &declaration::Values,
         may_be_skipped: bool,
     ) {
-        if !self.known.contains_key(key) {
+        let kept = self.kept(key);
+        if !self.known.contains_key(&kept) {
             if self.elements >= MAX_ELEMENTS {
                 return;
             }
             self.elements += 1;
-            self.known.insert(key.to_owned(), Variable::undeclared());
+            self.known.insert(kept.clone(), Variable::undeclared());
         }
-        let Some(variable) = self.known.get_mut(key) else { return };
+        let Some(variable) = self.known.get_mut(&kept) else { return };
         let first = match (values, variable.dimensions) {
             // A list for the whole array.
             (declaration::Values::List(_) | declaration::Values::Repeated(..), dimensions)
@@ -346,7 +376,7 @@ impl Variables {
             Some(first) => variable.take(first, values, may_be_skipped),
             None => variable.elements.fill(None),
         }
-        self.live.insert(key.to_owned());
+        self.live.insert(kept);
     }
 
     fn declare(&mut self, text: &[u8], may_be_skipped: bool) {
@@ -357,12 +387,18 @@ impl Variables {
             if may_be_skipped {
                 variable.elements.fill(None);
             }
+            let key = self.kept(&key);
             let before = self.known.get(&key).map_or(0, |old| old.elements.len());
             self.elements = self.elements - before + variable.elements.len();
             self.live.insert(key.clone());
             self.known.insert(key, variable);
         }
     }
+}
+
+/// What comes before the names of a called file's variables. No name begins with it, and it sorts behind all names.
+const fn mark(depth: u8) -> u8 {
+    0x80 | depth
 }
 
 fn is_parameter(key: &[u8]) -> bool {
