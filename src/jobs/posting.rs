@@ -39,7 +39,8 @@ impl ProgramParameters for PostingParameters {
 
     fn prepare(self, on: MachineUsed, sizes: Sizes, means: &Means) -> Result<Prepared, Vec<Fault>> {
         let mut core = self.to_core(&on.machine)?;
-        core.program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
+        let program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
+        core.program = self.with_points(program);
         core.max_blocks_out = core.max_blocks_out.min(Cost::budget_within(means.max_cost_s).max_blocks_out);
         Ok(Prepared::new(Cost::of_posting(sizes.program_length), move |place| {
             let Workplace { program, stop, .. } = place;

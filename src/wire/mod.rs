@@ -113,7 +113,10 @@ pub use one_pass_answer::{
 pub use path_segment::path_segment;
 pub use pieces::{LONGEST_NUMBER, write_in_pieces};
 pub use pose_columns::PoseColumns;
-pub use posting::{PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport};
+pub use posting::{
+    CutcomPoints, PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport,
+    ToolChange,
+};
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use program_words::{Contact, Dialect, Interpolation, StepName};
 pub use query::{NoParameters, QueryFault, read_query};

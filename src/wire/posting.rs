@@ -17,6 +17,22 @@ const MAX_DECIMALS: u8 = 6;
 /// Tolerances of arcs that are accepted (µm).
 const ARC_TOLERANCE_RANGE_UM: [f64; 2] = [0.1, 1000.0];
 
+/// How tools change in the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ToolChange {
+    /// `T5 M6` and a new approach at each `LOADTL/`. The machine retracts by itself.
+    M6,
+}
+
+/// The points under `CUTCOM/`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CutcomPoints {
+    /// Places of the cutter's centre.
+    Centre,
+}
+
 /// Parameters of a posting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -52,6 +68,12 @@ pub struct PostingParameters {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 9999, example = 12)]
     pub length_offset_number: Option<u32>,
+    /// How tools change. If it is absent, the program has one tool and no change.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tool_change: Option<ToolChange>,
+    /// What the points under `CUTCOM/` are. If it is absent, they are refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutcom: Option<CutcomPoints>,
     /// Digits after the decimal point of X Y Z.
     #[schema(default = 4, minimum = 1, maximum = 6)]
     pub linear_decimals: u8,
@@ -77,6 +99,8 @@ impl Default for PostingParameters {
             location_errors: LocationErrors::default(),
             start: None,
             length_offset_number: core.length_number,
+            tool_change: None,
+            cutcom: None,
             linear_decimals: core.linear_decimals,
             rotary_decimals: core.rotary_decimals,
             arc_tolerance_um: core.arc_tolerance.um(),
@@ -147,12 +171,19 @@ impl PostingParameters {
                 Interpolation::Machine => PostForm::Machine,
             },
             length_number: self.length_offset_number,
+            changes_tools: self.tool_change.is_some(),
             start_words_deg,
             linear_decimals: self.linear_decimals,
             rotary_decimals: self.rotary_decimals,
             arc_tolerance: Length::from_um(self.arc_tolerance_um),
             ..PostParameters::new(ProgramSetup::default())
         })
+    }
+
+    /// The set-up of the program, with what the request states of its points.
+    #[must_use]
+    pub fn with_points(&self, program: ProgramSetup) -> ProgramSetup {
+        ProgramSetup { cutcom_at_centre: self.cutcom.is_some(), ..program }
     }
 }
 
@@ -256,18 +287,24 @@ impl PostingFindings {
 fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
     // A program with an upright tool is held at the pole all the time, and has no error from it.
     let missed = core.largest_axis_error.deg() > 10_f64.powi(-i32::from(rotary_decimals));
+    let comments = if core.tool_changes > 0 {
+        "post-processor statements became comments"
+    } else {
+        "post-processor statements became comments; add tool changes yourself before and after the program"
+    };
     [
-        (
-            "post_words_as_comments",
-            "post-processor statements became comments; add tool changes yourself before and after the program",
-            core.notes,
-            None,
-        ),
+        ("post_words_as_comments", comments, core.notes, None),
         (
             "post_words_not_done",
             "a statement that asks the machine for an action became a comment, because its form is not understood",
             core.not_done,
             core.first_not_done_line,
+        ),
+        (
+            "cutcom_left_out",
+            "CUTCOM statements became comments: the program follows the points as the path of the cutter's centre, and the control does not compensate for a radius",
+            core.cutcoms,
+            core.first_cutcom_line,
         ),
         (
             "length_offset_assumed",

@@ -38,6 +38,28 @@ fn words(program: &str) -> Vec<Value> {
     joints
 }
 
+/// Two tools, a drilled hole, and a cut along points of the cutter's centre.
+const WHOLE: &str = "LOADTL/3\nSPINDL/900,CLW\nRAPID\nGOTO/0,0,20\nCYCLE/DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10\n\
+                     GOTO/0,0,0\nCYCLE/OFF\nLOADTL/12\nSPINDL/500,CLW\nRAPID\nGOTO/8,0,9\nFEDRAT/70,MMPM\nCUTCOM/LEFT\n\
+                     GOTO/8,0,2\nCUTCOM/OFF\n";
+
+#[tokio::test]
+async fn a_whole_file_is_posted_if_the_request_says_how() {
+    let app = spawn().await;
+    for (query, pointer) in [("tool_change=m6", "cutcom"), ("cutcom=centre", "tool_change")] {
+        let body =
+            problem(posted(&app, &format!("work_offset_mm=0,0,0&{query}"), WHOLE).await, "program-fault")
+                .await;
+        assert!(body.to_string().contains(pointer), "{body}");
+    }
+    let response = posted(&app, "work_offset_mm=0,0,0&tool_change=m6&cutcom=centre", WHOLE).await;
+    assert_eq!(response.status(), 200);
+    let program = response.text().await.unwrap();
+    for line in ["T3 M6", "G43.4 H3", "T12 M6", "G43.4 H12", "S500 M3"] {
+        assert!(program.lines().any(|written| written == line), "{line}\n{program}");
+    }
+}
+
 async fn posted(app: &App, query: &str, program: &str) -> reqwest::Response {
     app.post_text(&format!("{PATH}?{query}"), "text/plain", program.to_owned()).await
 }

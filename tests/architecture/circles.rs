@@ -53,7 +53,12 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
         "The table of dialects names their rows. The rows are of a type that is beside the table.",
     ),
     (
-        &["program/dialect/apt/line", "program/dialect/apt/point", "program/dialect/apt/statement"],
+        &[
+            "program/dialect/apt/cycle",
+            "program/dialect/apt/line",
+            "program/dialect/apt/point",
+            "program/dialect/apt/statement",
+        ],
         "One grammar, read by recursive descent.",
     ),
     (

@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, Preset};
 use trunnion::motion::Unfollowable;
-use trunnion::process::{Interpreted, InterpretedKind, ProgramSetup, interpret_program};
+use trunnion::process::{Interpreted, InterpretedKind, ProgramSetup, StartPosition, interpret_program};
 use trunnion::program::Dialect;
 
 fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
@@ -140,4 +140,39 @@ fn words_of_cycles_without_a_place_make_the_level_unknown() {
         let Some(Interpreted::Motion(last)) = found.last() else { panic!("{words}") };
         assert_eq!(last.joints[2], None, "{words}");
     }
+}
+
+#[test]
+fn a_few_bytes_do_not_ask_for_motions_without_end() {
+    let followed = |lines: usize| {
+        let text = format!("{START}G91 G98 G81 X1 Z-8 R-47 F100\n{}G80\nM30\n", "X1 L999\n".repeat(lines));
+        let all = understood(Dialect::Iso, &text);
+        let left = all.iter().filter(|told| matches!(told, Interpreted::LeftAlone { .. })).count();
+        (all.len() - left, left)
+    };
+    // One motion to the start, and four for each hole.
+    assert_eq!(followed(1), (1 + 4 * 1000, 0));
+    assert_eq!(followed(20), (1 + 4 * (1 + 20 * 999), 0));
+    // 20 000 repetitions and no more: the next block is left unchanged, and nothing is known after it.
+    assert_eq!(followed(21), (1 + 4 * (1 + 20 * 999), 1));
+    assert_eq!(followed(1000), (1 + 4 * (1 + 20 * 999), 980));
+}
+
+#[test]
+fn points_of_cutter_location_data_are_followed_from_a_stated_start() {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    let start = StartPosition { linear_mm: [Some(1.0); 3], rotary_deg: [Some(0.0); 2] };
+    let program = ProgramSetup { start, ..ProgramSetup::in_mm(&Setup::default()) };
+    let mut ends = Vec::new();
+    let mut take = |told: &Interpreted| {
+        match told {
+            Interpreted::Motion(motion) => ends.push(motion.joints),
+            Interpreted::LeftAlone { line, reason, .. } => panic!("line {line}: {reason}"),
+        }
+        Ok(())
+    };
+    let source = b"FEDRAT/100,MMPM\nGOTO/2,0,0\nGOTO/3,0,0\nGOTO/3,0,5,0,0,1\n".to_vec();
+    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
+    let at = |x: f64, z: f64| [x, 0.0, z, 0.0, 0.0].map(Some);
+    assert_eq!(ends, [at(2.0, 0.0), at(3.0, 0.0), at(3.0, 5.0)]);
 }

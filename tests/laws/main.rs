@@ -26,6 +26,7 @@ mod one_pass;
 mod other_controls;
 mod path;
 mod post;
+mod post_whole;
 mod program;
 mod programs;
 mod radius;

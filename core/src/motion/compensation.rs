@@ -16,6 +16,9 @@ const INCREMENTAL_CENTRES: Code = Code::G(911);
 impl Interpreter {
     /// G40, G41, G42 and similar codes. Compensation that is on already cannot be switched on by another radius.
     pub(super) fn compensate_radius(&mut self, on: bool, beside_mm: Option<f64>) {
+        if self.options.cutcom_at_centre && self.rules.is_of_points {
+            return;
+        }
         let is_on = self.modal.compensation != Some(false);
         if on && !is_on {
             self.modal.radius.number = self.modal.radius.number.saturating_add(1);

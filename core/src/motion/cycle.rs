@@ -1,5 +1,7 @@
 //! The canned cycle under way.
 
+use crate::program::Keyword;
+
 /// How a cycle drills.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stroke {
@@ -56,5 +58,46 @@ impl Cycle {
     /// Nothing is known of it but the level of retraction.
     pub(super) fn forget(&mut self) {
         *self = Self { retract: self.retract, ..Self::NONE };
+    }
+}
+
+/// A drilling cycle of cutter location data, by distances from its points along the tool axis \[mm\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PointCycle {
+    /// Height from which it goes down at feed.
+    pub(super) plane_mm: f64,
+    /// Depth below the point.
+    pub(super) depth_mm: f64,
+    /// Height to which it goes up in the end.
+    pub(super) retract_mm: f64,
+    /// Depths of the first peck and of each further one.
+    pub(super) pecks_mm: Option<[f64; 2]>,
+    /// The feed as written, its decimals, and its unit.
+    pub(super) feed: f64,
+    pub(super) feed_decimals: u8,
+    pub(super) feed_unit: Keyword,
+}
+
+/// Most pecks of one hole.
+const MAX_PECKS: usize = 100;
+/// Depths this close are one \[mm\]: cutter location data has at most seven decimals.
+const SAME_PECK_MM: f64 = 1e-6;
+
+impl PointCycle {
+    /// The bottoms of its strokes below the mouth of the hole \[mm\]; `None` if they are too many.
+    pub(super) fn bottoms_mm(&self) -> Option<Vec<f64>> {
+        let Some([first_mm, further_mm]) = self.pecks_mm else { return Some(vec![self.depth_mm]) };
+        let mut bottoms_mm = Vec::new();
+        // Pecks count from the height at which the feed begins: on no control are they deeper.
+        let mut bottom_mm = first_mm - self.plane_mm;
+        while bottom_mm < self.depth_mm - SAME_PECK_MM {
+            if bottoms_mm.len() + 1 >= MAX_PECKS {
+                return None;
+            }
+            bottoms_mm.push(bottom_mm);
+            bottom_mm += further_mm;
+        }
+        bottoms_mm.push(self.depth_mm);
+        Some(bottoms_mm)
     }
 }

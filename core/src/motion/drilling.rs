@@ -22,6 +22,9 @@ struct Levels {
 
 /// The most repetitions of a cycle.
 const MAX_TIMES: f64 = 999.0;
+/// Most strokes of a program's cycles in addition to one for each block: repetitions and pecks. A few bytes could ask
+/// for motions without end.
+const MAX_FURTHER_STROKES: u32 = 20_000;
 /// Words that a followed cycle may have: X Y Z, R, the increment or time P and Q, repetitions, and words that no motion
 /// depends on.
 const CYCLE_WORDS: u32 = Address::X.bit()
@@ -59,7 +62,7 @@ impl Interpreter {
         self.take_cycle_words(plane);
         let levels = self.levels(plane);
         let is_followed = reason.is_none() && self.obstacle().is_none() && self.cycle_words_are_known();
-        let times = self.times().filter(|_| is_followed);
+        let times = self.times().filter(|times| is_followed && self.may_repeat(times - 1));
         let (Some(levels), Some(times)) = (levels, times) else {
             // The drilled axis is somewhere else after it.
             self.modal.cycle.forget();
@@ -68,11 +71,17 @@ impl Interpreter {
         if self.modal.cycle.stroke == Stroke::Tap {
             self.opaque(index, block, Unfollowable::CannedCycle, motions);
         }
+        self.further_strokes += times - 1;
         for _ in 0..times {
             self.drill(index, block, plane, levels, motions);
         }
         self.take_other_words();
         true
+    }
+
+    /// Whether cycles may make so many more strokes than they have blocks.
+    pub(super) fn may_repeat(&self, strokes: u32) -> bool {
+        self.further_strokes.saturating_add(strokes) <= MAX_FURTHER_STROKES
     }
 
     /// A block without axis words may run a cycle on some controls, if it has other words of cycles.

@@ -34,6 +34,9 @@ pub struct InterpreterOptions {
     pub start: [Option<f64>; 5],
     /// The positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
+    /// The points of cutter location data under `CUTCOM/` are places of the cutter's centre: the control need not
+    /// compensate for its radius.
+    pub cutcom_at_centre: bool,
     /// The program is followed as it runs: the interpreter stops at a loop, a jump or a call, and
     /// [`Interpreter::stopped_at`] says where. Without this, the text is followed in its own order.
     pub as_it_runs: bool,
@@ -95,6 +98,8 @@ pub struct Interpreter {
     stopped_at: Option<usize>,
     /// One after the last block of the batch to be interpreted.
     batch_end: usize,
+    /// Strokes of canned cycles that were made in addition to one for each block.
+    pub(super) further_strokes: u32,
 }
 
 impl Interpreter {
@@ -126,6 +131,7 @@ impl Interpreter {
             sections: Sections::default(),
             tools: ToolsNamed::default(),
             is_stranger: false,
+            further_strokes: 0,
         }
     }
 

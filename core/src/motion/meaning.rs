@@ -89,6 +89,8 @@ pub(super) enum Statement {
     /// How the next point is reached.
     Next(MotionMode),
     InCycle(bool),
+    /// Points count in one system, whatever system a set-up states.
+    WorldPoints,
     Multax(bool),
     ToolAxis,
     CoordinateSystem,

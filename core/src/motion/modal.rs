@@ -1,6 +1,6 @@
 //! The modal state of a control. `None` is an unknown value.
 
-use super::cycle::Cycle;
+use super::cycle::{Cycle, PointCycle};
 use super::radius::Radius;
 use super::sections::behind;
 use super::turn::Turn;
@@ -137,6 +137,10 @@ pub(super) struct Modal {
     pub(super) cycle: Cycle,
     /// The program's points are points of a cycle.
     pub(super) in_cycle: bool,
+    /// How it drills at its points, if that is known.
+    pub(super) point_cycle: Option<PointCycle>,
+    /// `TRNTYP/WORLD`: points count in one system, whatever system a set-up states.
+    pub(super) points_in_world: bool,
     /// MULTAX/ON: a tool axis that is left out does not change.
     pub(super) multax: bool,
     /// A point has stated the tool axis since TLAXIS.
@@ -178,6 +182,8 @@ impl Modal {
         next_motion: None,
         cycle: Cycle::NONE,
         in_cycle: false,
+        point_cycle: None,
+        points_in_world: false,
         multax: false,
         axis_stated: false,
     };
@@ -202,6 +208,8 @@ impl Modal {
         self.length_number = None;
         self.feed = ModalFeed::Unknown;
         self.cycle = Cycle::NONE;
+        self.point_cycle = None;
+        self.points_in_world = false;
         self.turn = None;
     }
 
@@ -262,6 +270,8 @@ impl Modal {
                 )),
                 // Sections are not passed while a program is followed as it runs, and only then are these followed.
                 cycle: Cycle::NONE,
+                point_cycle: None,
+                points_in_world: self.points_in_world,
                 turn: None,
                 radius: Radius::START,
                 // Every shift counts: after a second call the offset has changed once more.
@@ -340,6 +350,7 @@ impl Modal {
             datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
             shortest_path: self.shortest_path || skipped.shortest_path,
             cycle: self.cycle.common(skipped.cycle),
+            point_cycle: self.point_cycle.filter(|cycle| skipped.point_cycle == Some(*cycle)),
             ..*self
         }
     }

@@ -117,7 +117,9 @@ impl Interpreter {
 
     /// Puts the axes at the start positions that the caller states.
     pub(super) fn stand_at_start(&mut self) {
-        for (axis, start) in self.position.axes.iter_mut().zip(self.options.start) {
+        // A list of points states the tool's axis and no rotary axis, from its first point on.
+        let stated = if self.rules.is_of_points { 3 } else { 5 };
+        for (axis, start) in self.position.axes.iter_mut().zip(self.options.start).take(stated) {
             *axis = start.or(*axis);
         }
     }

@@ -182,7 +182,8 @@ impl Interpreter {
                 self.point_mode();
             }
             Statement::Next(mode) => self.modal.next_motion = Some(mode),
-            Statement::InCycle(on) => self.modal.in_cycle = on,
+            Statement::InCycle(on) => self.begin_point_cycle(on),
+            Statement::WorldPoints => self.enter_world(),
             Statement::Multax(on) => self.modal.multax = on,
             Statement::ToolAxis => {
                 self.this_block.states_position = true;
@@ -221,10 +222,23 @@ impl Interpreter {
         self.position.forget_axes();
     }
 
+    /// `TRNTYP/WORLD,0,0,0`: the systems of the set-ups after it do not move the points.
+    fn enter_world(&mut self) {
+        self.change_system(Some(WorkOffset::Unnamed));
+        self.modal.points_in_world = true;
+    }
+
     /// `CSYS/`, `MSYS/`: the points after it belong to another set-up, unless it names the same system again.
     fn enter_system(&mut self) {
+        if self.modal.points_in_world {
+            return;
+        }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "23 bits")]
         let system = self.block.value(Address::P).map(|digest| WorkOffset::System(digest as u32));
+        self.change_system(system);
+    }
+
+    fn change_system(&mut self, system: Option<WorkOffset>) {
         if system.is_none() || system != self.modal.work_offset {
             self.position.axes = [None; 5];
             if self.modal.axis_stated || !self.is_upright() {

@@ -317,7 +317,9 @@ impl Interpreter {
         reason: Option<Unfollowable>,
         motions: &mut Vec<Motion>,
     ) {
-        if self.follow_cycle(index, block, reason, motions) {
+        if self.follow_cycle(index, block, reason, motions)
+            || self.follow_point_cycle(index, block, reason, motions)
+        {
             return;
         }
         self.opaque(index, block, Unfollowable::CannedCycle, motions);

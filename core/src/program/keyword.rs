@@ -218,7 +218,9 @@ listed! {
         InchPerRevolution,
         /// `PERREV`, `UPR`: in the unit of the program.
         UnitPerRevolution,
-        /// `CYCLE/…`: the points after it belong to a cycle.
+        /// `CYCLE/…`: the points after it belong to a cycle. A drilling cycle that is read has words: R the height above a
+        /// point from which it feeds, D the depth below it, Q the height to which it retracts, P and K the first and the
+        /// further pecks, S the feed, and H the number of the feed's unit as a keyword.
         CycleOn,
         /// `CYCLE/OFF`
         CycleOff,
@@ -232,6 +234,8 @@ listed! {
         ToolAxis,
         /// `CSYS/`, `MSYS/`: the coordinate system of a set-up.
         CoordinateSystem,
+        /// `TRNTYP/WORLD,0,0,0`: the points count in one system, whatever system a set-up states.
+        WorldPoints,
         /// `TRACUT/`, `ROTABL/` with an angle and others: the points after it are moved, or count in another way.
         PointsMoved,
         /// `GOHOME`

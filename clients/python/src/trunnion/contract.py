@@ -175,6 +175,10 @@ class CurvatureAcrossFeed(TypedDict):
     """Smallest radius where the part is convex; null if it is nowhere convex."""
 
 
+CutcomPoints: TypeAlias = Literal["centre"]
+"""The points under `CUTCOM/`."""
+
+
 class DeviationSeries(TypedDict):
     """Deviation along the path, down-sampled; all arrays have the same length."""
 
@@ -1138,6 +1142,10 @@ class TestAnswer(TypedDict):
     """Letter of the axis."""
 
 
+ToolChange: TypeAlias = Literal["m6"]
+"""How tools change in the program."""
+
+
 ToolKind: TypeAlias = Literal["ball", "bull-nose", "flat", "other"]
 """Form of the cutter's end."""
 
@@ -2036,6 +2044,8 @@ class PostingParameters(TypedDict):
 
     arc_tolerance_um: NotRequired[float]
     """Largest distance between an arc and the lines that replace it."""
+    cutcom: NotRequired[CutcomPoints]
+    """What the points under `CUTCOM/` are. If it is absent, they are refused."""
     dialect: NotRequired[Dialect]
     """Dialect of the upload: cutter location data, so `auto` or `apt`."""
     interpolation: NotRequired[Interpolation]
@@ -2056,6 +2066,8 @@ class PostingParameters(TypedDict):
     """Digits after the decimal point of the rotary words."""
     start: NotRequired[RotaryWords]
     """Rotary words before the first point, one query parameter for each: `start.A`, `start.C`."""
+    tool_change: NotRequired[ToolChange]
+    """How tools change. If it is absent, the program has one tool and no change."""
     tool_length_mm: NotRequired[float]
     """
     Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent, the

@@ -57,6 +57,7 @@ fn keyword_meaning(keyword: Keyword) -> Meaning {
         K::MultaxOff => Statement::Multax(false),
         K::ToolAxis => Statement::ToolAxis,
         K::CoordinateSystem => Statement::CoordinateSystem,
+        K::WorldPoints => Statement::WorldPoints,
         K::GoHome => Statement::GoHome,
         K::SurfaceMotion => Statement::Contour,
         K::ToolCall => Statement::ToolCall,

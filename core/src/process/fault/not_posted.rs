@@ -11,6 +11,11 @@ pub enum NotPosted {
     /// The motion cannot be followed.
     #[error("the motion cannot be posted: {0}")]
     Unfollowable(Unfollowable),
+    /// A point under radius compensation, and the caller has not said what it is.
+    #[error(
+        "the point is under radius compensation; give `cutcom` as centre if such points are places of the cutter's centre"
+    )]
+    Cutcom,
     /// The end of the motion or its tool axis is not known.
     #[error("the motion cannot be posted: its end or its tool axis is not known")]
     Unknown,
@@ -53,14 +58,36 @@ pub enum NotPosted {
         /// Distance of the end from the centre \[mm\].
         end_mm: f64,
     },
-    /// The tool changes after a cut.
+    /// The tool changes after a cut, and the caller has not asked for tool changes.
     #[error(
-        "the tool changes after a cut, but a posted program has one tool and one length; split the data here"
+        "the tool changes after a cut, and the program has no tool change; give `tool_change`, or split the data here"
     )]
     ToolChange,
-    /// The cutter changes after a cut.
-    #[error("the cutter changes after a cut, but a posted program has one tool; split the data here")]
+    /// A tool that no T word can name.
+    #[error(
+        "the tool has no number from 1 to 9999 for the T word of its change; number it, or split the data here"
+    )]
+    ToolWithoutNumber,
+    /// A number or a length is stated, but the program has several tools.
+    #[error(
+        "another tool comes here, but `tool_number`, `tool_length_mm` and `length_offset_number` are for one tool; leave them out, or split the data here"
+    )]
+    OneTool,
+    /// The words depend on the lengths of several tools.
+    #[error(
+        "another tool comes here, and the words depend on the tool's length on this machine; split the data here"
+    )]
+    SeveralLengths,
+    /// The cutter changes after a cut, and no tool was loaded.
+    #[error(
+        "the cutter changed after a cut, but no other tool was loaded; state the tool with LOADTL, or split the data here"
+    )]
     CutterChange,
+    /// A cut after a tool change, with a spindle that nothing has started again.
+    #[error(
+        "the tool changed, and the spindle was not started again before this cut; state SPINDL after LOADTL"
+    )]
+    SpindleStands,
     /// The rotary axes cannot reach this tool axis.
     #[error(
         "the tool axis is {tilt_deg:.4}° from the rotary axis next to the workpiece; the machine reaches {min_deg:.4}° to {max_deg:.4}°"

@@ -99,7 +99,7 @@ impl<E: Expected> ReadBack<E> {
         for (index, block) in self.batch.blocks().iter().enumerate() {
             for word in self.batch.words(block) {
                 let is_dwell = word.address == Address::G && (word.value - 4.0).abs() <= 0.0;
-                if is_dwell || matches!(word.address, Address::M | Address::S | Address::P) {
+                if is_dwell || matches!(word.address, Address::M | Address::S | Address::P | Address::T) {
                     let before = self.motions.partition_point(|motion| (motion.block as usize) < index);
                     let motions = self.motions_before + before as u64;
                     words.push_back(MachineWord { motions, address: word.address, value: word.value });

@@ -64,15 +64,20 @@ impl Approach {
     }
 
     /// What the operator has to know before the approach, as comments.
-    pub(super) fn notes(self, machine: &Machine) -> [String; 2] {
+    pub(super) fn notes(self, machine: &Machine, is_first: bool) -> [String; 2] {
         let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let [before, between, last] = match self.last {
             0 => ['Y', 'Z', 'X'],
             1 => ['X', 'Z', 'Y'],
             _ => ['X', 'Y', 'Z'],
         };
+        let before_it = if is_first {
+            "(RETRACT THE TOOL BEFORE THE START. THE START POSITION IS NOT KNOWN)"
+        } else {
+            "(THE POSITION AFTER THE TOOL CHANGE IS NOT KNOWN)"
+        };
         [
-            "(RETRACT THE TOOL BEFORE THE START. THE START POSITION IS NOT KNOWN)".to_owned(),
+            before_it.to_owned(),
             format!(
                 "({first} {second} TURN FIRST AND ALONE, THEN {before} {between} MOVE, {last} COMES LAST)"
             ),

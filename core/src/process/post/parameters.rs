@@ -27,6 +27,9 @@ pub struct PostParameters {
     pub form: PostForm,
     /// H of G43.4. If it is missing, the number of the tool.
     pub length_number: Option<u32>,
+    /// Each `LOADTL/` of another tool becomes `T… M6`, and a new approach follows. Without this, the program has one
+    /// tool, and the caller puts it in.
+    pub changes_tools: bool,
     /// Rotary words before the first point, in the profile's order \[deg\].
     pub start_words_deg: Option<[f64; 2]>,
     /// A rotary step above this is a rewind \[deg\].
@@ -52,6 +55,7 @@ impl PostParameters {
             program,
             form: PostForm::Tcp,
             length_number: None,
+            changes_tools: false,
             start_words_deg: None,
             rewind_deg: REWIND_DEG,
             linear_decimals: 4,

@@ -16,6 +16,13 @@ pub(super) enum Item {
     Note(Vec<u8>),
     /// A statement for the post-processor, as words.
     Words(String),
+    /// Another tool comes into the spindle.
+    ToolChange {
+        /// T.
+        number: u32,
+        /// Line of the source.
+        line: u64,
+    },
     ClPoint(ClPoint),
 }
 
@@ -27,7 +34,7 @@ impl Item {
     pub(super) fn point(&self) -> Option<ClPoint> {
         match self {
             Self::ClPoint(point) => Some(*point),
-            Self::Note(_) | Self::Words(_) => None,
+            Self::Note(_) | Self::Words(_) | Self::ToolChange { .. } => None,
         }
     }
 }
@@ -52,6 +59,7 @@ const SAME_AXIS: f64 = 1e-6;
 
 /// Reads the source's blocks and motions.
 #[derive(Debug, Clone, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "independent facts about the data so far")]
 pub(super) struct ClPoints {
     /// The circle that ends at the next point, and its line.
     circle: Option<(u64, Option<Circle>)>,
@@ -61,8 +69,16 @@ pub(super) struct ClPoints {
     tool: Option<ToolName>,
     /// The value that distinguishes the cutter from others.
     cutter: Option<f64>,
-    /// Whether a motion at feed has reached a point.
+    /// The request states something that holds for one tool only.
+    states_one: bool,
+    /// Whether a motion at feed has reached a point with the tool in the spindle.
     has_cut: bool,
+    /// The cutter changed after a cut, and no other tool has come since.
+    cutter_changed: bool,
+    spindle: SpindleSaid,
+    /// Statements of radius compensation that are left out, and the line of the first.
+    pub(super) cutcoms: u64,
+    pub(super) first_cutcom_line: Option<u64>,
     ended: bool,
     coolant: Coolant,
     pub(super) arcs: u64,
@@ -73,6 +89,17 @@ pub(super) struct ClPoints {
     pub(super) first_not_done_line: Option<u64>,
 }
 
+/// What the data have said of the spindle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum SpindleSaid {
+    /// Nothing: the caller's frame starts it.
+    #[default]
+    Nothing,
+    Started,
+    /// It was started, and stands since a tool came.
+    StoppedByChange,
+}
+
 /// A tool as `LOADTL/` names it: by its number, or by the whole statement if it has no number.
 #[derive(Debug, Clone, PartialEq)]
 enum ToolName {
@@ -81,12 +108,18 @@ enum ToolName {
 }
 
 impl ClPoints {
+    /// At the start of the data. `states_one`: the request states something that holds for one tool only.
+    pub(super) fn new(states_one: bool) -> Self {
+        Self { states_one, ..Self::default() }
+    }
+
     /// Posts a block without a motion.
     ///
     /// # Errors
     /// Why it cannot be posted.
     pub(in crate::process) fn statement(
         &mut self,
+        parameters: &PostParameters,
         batch: &Batch,
         block: &Block,
     ) -> Result<Option<Item>, NotPosted> {
@@ -107,6 +140,9 @@ impl ClPoints {
             Keyword::PostWord => match posted(text, &mut self.coolant) {
                 Posted::Words(words) => {
                     self.words += 1;
+                    if words.ends_with("M3") || words.ends_with("M4") {
+                        self.spindle = SpindleSaid::Started;
+                    }
                     return Ok(Some(Item::Words(words)));
                 }
                 Posted::Comment => return Ok(Some(self.note(text))),
@@ -117,15 +153,24 @@ impl ClPoints {
                 }
             },
             Keyword::ToolCall => {
-                self.load(batch, block)?;
-                return Ok(Some(self.note(text)));
+                let change = self.load(parameters, batch, block)?;
+                return Ok(Some(change.unwrap_or_else(|| self.note(text))));
             }
             Keyword::Cutter => {
                 let cutter = value_of(batch, block, Address::P);
                 // This also holds for a refused change: the change back is refused too.
                 if std::mem::replace(&mut self.cutter, cutter) != cutter && self.has_cut {
-                    return Err(NotPosted::CutterChange);
+                    if !parameters.changes_tools {
+                        return Err(NotPosted::CutterChange);
+                    }
+                    // The tool that has this cutter may be loaded after it.
+                    self.cutter_changed = true;
                 }
+                return Ok(Some(self.note(text)));
+            }
+            Keyword::RadiusCompensation => {
+                self.cutcoms += 1;
+                self.first_cutcom_line.get_or_insert(block.line);
                 return Ok(Some(self.note(text)));
             }
             _ => {}
@@ -143,17 +188,36 @@ impl ClPoints {
         Item::Note(note(statement))
     }
 
-    /// `LOADTL/` and similar statements. The program has one length offset and no tool change. The caller's frame
-    /// puts the tool in before its first block, and cannot change it after a cut.
-    fn load(&mut self, batch: &Batch, block: &Block) -> Result<(), NotPosted> {
+    /// `LOADTL/` and similar statements: the change, if the program has one here.
+    fn load(
+        &mut self,
+        parameters: &PostParameters,
+        batch: &Batch,
+        block: &Block,
+    ) -> Result<Option<Item>, NotPosted> {
         let text = batch.block_text(block).trim_ascii().to_ascii_uppercase();
         if text.starts_with(b"UNLOAD") {
-            return Ok(());
+            return Ok(None);
         }
         let tool = value_of(batch, block, Address::T).map_or(ToolName::Text(text), ToolName::Number);
         self.last = None;
-        let before = self.tool.replace(tool);
-        if self.has_cut && before != self.tool { Err(NotPosted::ToolChange) } else { Ok(()) }
+        if self.tool.as_ref() == Some(&tool) {
+            return Ok(None);
+        }
+        self.cutter_changed = false;
+        let is_further = self.tool.replace(tool).is_some() || self.has_cut;
+        if !parameters.changes_tools {
+            return if self.has_cut { Err(NotPosted::ToolChange) } else { Ok(None) };
+        }
+        if is_further && self.states_one {
+            return Err(NotPosted::OneTool);
+        }
+        let number = self.tool_number().ok_or(NotPosted::ToolWithoutNumber)?;
+        self.has_cut = false;
+        if self.spindle == SpindleSaid::Started {
+            self.spindle = SpindleSaid::StoppedByChange;
+        }
+        Ok(Some(Item::ToolChange { number, line: block.line }))
     }
 
     /// The number of the tool, if `LOADTL/` states one that is valid as a length number.
@@ -178,6 +242,7 @@ impl ClPoints {
         let circle = self.circle.take();
         match motion.unfollowable {
             None | Some(Unfollowable::ToolVector) => {}
+            Some(Unfollowable::CutterCompensation) => return Err(NotPosted::Cutcom),
             Some(reason) => return Err(NotPosted::Unfollowable(reason)),
         }
         if motion.offset_changed {
@@ -189,6 +254,12 @@ impl ClPoints {
         let axis = Vec3::from(axis).try_normalize(f64::EPSILON).ok_or(NotPosted::Unknown)?;
         let pose = ToolPose { tip_mm: Vec3::from(tip), axis };
         let rapid = motion.kind == MotionKind::Rapid;
+        if self.cutter_changed {
+            return Err(NotPosted::CutterChange);
+        }
+        if !rapid && self.spindle == SpindleSaid::StoppedByChange {
+            return Err(NotPosted::SpindleStands);
+        }
         let feed = if rapid { None } else { Some(feed(parameters.form, motion)?) };
         self.has_cut |= !rapid;
         // The position in FROM/ is newer than the previous point.

@@ -12,7 +12,7 @@ use super::write::{Writer, words};
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{InverseError, Kinematics, Path, PathOptions, ToolPose, WarningKind};
-use crate::machine::Machine;
+use crate::machine::{Machine, Side};
 use crate::motion::{AxisWords, FeedMode, Interpolation};
 use crate::process::fault::{Fault, LineFaultKind, LineFaults, NotPosted};
 use crate::process::set_up::{Need, ProgramSetup, SetUps, Tools};
@@ -58,6 +58,13 @@ pub struct PostReport {
     pub blocks_after_end: u64,
     /// Line of the end, if there is one.
     pub end_line: Option<u64>,
+    /// Statements `CUTCOM/` that switch radius compensation on and are left out, because the points are those of the
+    /// cutter's centre.
+    pub cutcoms: u64,
+    /// Line of the first of them.
+    pub first_cutcom_line: Option<u64>,
+    /// Tool changes of the posted program.
+    pub tool_changes: u64,
     /// Number of windows of points. The path in each was chosen with knowledge of the next points only.
     pub windows: u64,
     /// H of G43.4, if the program has it.
@@ -92,8 +99,9 @@ pub struct PostReport {
 /// rounded before the linear words are computed. Every point is read back and put through the forward kinematics
 /// before this returns.
 ///
-/// Statements for the post-processor become words if their form is plain, otherwise comments. Tool changes belong
-/// to the caller's frame, which can put one tool in. A tool change after a cut is refused.
+/// Statements for the post-processor become words if their form is plain, otherwise comments. A tool change is `T… M6`
+/// and a new approach, if [`PostParameters::changes_tools`] asks for it. Otherwise the caller's frame puts one tool in,
+/// and a tool change after a cut is refused. Drilling cycles become the motions that they are.
 ///
 /// # Errors
 /// All lines that cannot be posted; another dialect than cutter location data; the write fails. `output` then holds
@@ -105,10 +113,13 @@ pub fn post(
     output: &mut dyn Write,
     stop: &(dyn Fn() -> ControlFlow<()> + Sync),
 ) -> Result<PostReport, Fault> {
+    let stated = &parameters.program.tools;
+    let states_one = parameters.length_number.is_some() || stated.number.is_some() || stated.length.is_some();
     let program = parameters.program.with_surveyed_tools(None, Need::LENGTH, machine, source, stop)?;
     // The report shows the values used for each tool.
-    let mut passages = Passages::open(source, machine, &program)?;
-    // A program has one tool. A tool change after a cut is refused.
+    // The text has no loops, and its cycles become motions.
+    let mut passages = Passages::open(source, machine, &program)?.following_its_run(machine, &program);
+    // Without tool changes a program has one tool, and a tool change after a cut is refused.
     let length_number = parameters
         .length_number
         .or(program.tools.number.filter(|number| PostParameters::LENGTH_NUMBERS.contains(number)));
@@ -122,11 +133,12 @@ pub fn post(
         kinematics,
         unstated: set_up.missing_for_place().filter(|_| hangs_on_set_up(machine, parameters)),
         parameters,
-        points: ClPoints::default(),
+        points: ClPoints::new(states_one),
         window: Vec::new(),
         start_words_deg: parameters.start_words_deg,
         last: None,
         length_number,
+        depends_on_length: hangs_on_set_up(machine, parameters) && has_head_axis(machine),
         writer: Writer::default(),
         read_back: PostedAgain::new(machine, kinematics, parameters),
         out: Vec::new(),
@@ -160,6 +172,7 @@ pub fn post(
     report.reading = passages.reading();
     report.blocks_in = passages.blocks;
     report.blocks_out = run.writer.blocks;
+    (report.cutcoms, report.first_cutcom_line) = (run.points.cutcoms, run.points.first_cutcom_line);
     (report.arcs, report.notes, report.words) = (run.points.arcs, run.points.notes, run.points.words);
     (report.not_done, report.first_not_done_line) = (run.points.not_done, run.points.first_not_done_line);
     (report.blocks_after_end, report.end_line) = passages.behind_the_end();
@@ -172,6 +185,10 @@ pub fn post(
 /// X Y Z.
 fn hangs_on_set_up(machine: &Machine, parameters: &PostParameters) -> bool {
     parameters.form == PostForm::Machine || machine.linear_travel_mm().iter().any(Option::is_some)
+}
+
+fn has_head_axis(machine: &Machine) -> bool {
+    machine.rotary_axes().iter().any(|axis| axis.side == Side::Head)
 }
 
 struct Posting<'a> {
@@ -187,6 +204,8 @@ struct Posting<'a> {
     last: Option<(AxisWords, ToolPose)>,
     /// The stated H of G43.4.
     length_number: Option<u32>,
+    /// The words, or the choice of a path, depend on the length of the tool.
+    depends_on_length: bool,
     writer: Writer,
     read_back: PostedAgain<'a>,
     out: Vec<u8>,
@@ -215,7 +234,7 @@ impl Posting<'_> {
                 }
             }
             if !moves {
-                match self.points.statement(batch, block) {
+                match self.points.statement(self.parameters, batch, block) {
                     Ok(item) => self.window.extend(item),
                     Err(why) => {
                         let kind = LineFaultKind::NotPosted(why);
@@ -281,6 +300,10 @@ impl Posting<'_> {
                 Item::Words(words) => {
                     self.read_back.await_words(&words);
                     self.writer.line(&words, &mut self.out);
+                    continue;
+                }
+                Item::ToolChange { number, line } => {
+                    self.change_tool(number, line);
                     continue;
                 }
                 Item::ClPoint(point) => point,
@@ -394,11 +417,24 @@ impl Posting<'_> {
         self.last = Some((words, point.pose));
     }
 
-    /// The blocks that lead to the first point.
+    /// Another tool. The position of the machine after its change is not known, so a new approach follows.
+    fn change_tool(&mut self, number: u32, line: u64) {
+        if self.depends_on_length && self.report.tool_changes > 0 {
+            let several = LineFaultKind::NotPosted(NotPosted::SeveralLengths);
+            return self.faults.add(line, b"", several);
+        }
+        let has_moved = self.last.take().is_some();
+        let text = self.writer.change_tool(number, self.parameters.form, has_moved, &mut self.out);
+        self.read_back.await_words(&text);
+        self.length_number = self.parameters.length_number.or(Some(number));
+        self.report.tool_changes += 1;
+    }
+
+    /// The blocks that lead to the first point, and to the first point of each tool.
     fn approach(&mut self, point: &ClPoint, words: &AxisWords, residual_rad: f64) {
         let (machine, parameters) = (self.machine, self.parameters);
         let approach = Approach::of(machine, self.kinematics, parameters.form, &point.pose, words.rotary_deg);
-        Writer::announce(approach, machine, &mut self.out);
+        Writer::announce(approach, machine, self.report.points == 0, &mut self.out);
         for (index, coordinates) in approach.parts().into_iter().enumerate() {
             let written =
                 self.writer.point(machine, words, coordinates, point, None, parameters, &mut self.out);
@@ -410,7 +446,9 @@ impl Posting<'_> {
                 part,
             });
             if index == 0 && parameters.form == PostForm::Tcp {
-                let known = self.length_number.or_else(|| self.points.tool_number());
+                // The number of a later tool is not that of this one.
+                let of_data = || self.points.tool_number().filter(|_| !self.parameters.changes_tools);
+                let known = self.length_number.or_else(of_data);
                 let number = known.unwrap_or(FIRST_LENGTH);
                 self.writer.take_length(number, &mut self.out);
                 self.report.length_number = Some(number);

@@ -44,9 +44,9 @@ impl Writer {
         self.mode = Some(FeedMode::PerMinute);
     }
 
-    /// Writes the operator's notes on the first approach, before its blocks.
-    pub(super) fn announce(approach: Approach, machine: &Machine, out: &mut Vec<u8>) {
-        for note in approach.notes(machine) {
+    /// Writes the operator's notes on an approach, before its blocks.
+    pub(super) fn announce(approach: Approach, machine: &Machine, is_first: bool, out: &mut Vec<u8>) {
+        for note in approach.notes(machine, is_first) {
             out.extend_from_slice(note.as_bytes());
             out.push(b'\n');
         }
@@ -55,6 +55,29 @@ impl Writer {
     /// Switches tool-centre-point control on, with its length.
     pub(super) fn take_length(&mut self, number: u32, out: &mut Vec<u8>) {
         self.line(&format!("G43.4 H{number}"), out);
+    }
+
+    /// Puts another tool in, with tool-centre-point control off and in the feed mode of the start. Returns the text of
+    /// the change.
+    pub(super) fn change_tool(
+        &mut self,
+        number: u32,
+        form: PostForm,
+        has_moved: bool,
+        out: &mut Vec<u8>,
+    ) -> String {
+        if self.mode != Some(FeedMode::PerMinute) {
+            self.line("G94", out);
+            self.mode = Some(FeedMode::PerMinute);
+        }
+        if form == PostForm::Tcp && has_moved {
+            self.line("G49", out);
+        }
+        let text = format!("T{number} M6");
+        self.line(&text, out);
+        // The first block after it says again how it moves, and at what feed.
+        (self.rapid, self.feed) = (None, None);
+        text
     }
 
     /// Leaves the control in its initial state. M30 does not reset inverse time and tool-centre-point control

@@ -21,6 +21,8 @@ pub struct ProgramSetup {
     pub unit: Option<LengthUnit>,
     /// Interpolation mode; `None` takes it from the program's own switches.
     pub interpolation: Option<Interpolation>,
+    /// The points of cutter location data under `CUTCOM/` are places of the cutter's centre.
+    pub cutcom_at_centre: bool,
     /// Feedrate for a program without a feed.
     pub feed: Option<Feedrate>,
     /// Positions of the work offsets.
@@ -67,6 +69,7 @@ impl Default for ProgramSetup {
             dialect: None,
             unit: None,
             interpolation: None,
+            cutcom_at_centre: false,
             feed: None,
             work_offsets: Arc::default(),
             tools: Tools::default(),
@@ -98,6 +101,7 @@ impl ProgramSetup {
         InterpreterOptions {
             feed_mm_per_min: self.feed.map(Feedrate::mm_per_min),
             interpolation_stated: self.interpolation.is_some(),
+            cutcom_at_centre: self.cutcom_at_centre,
             unit: self.unit,
             start: [x, y, z, first, second],
             work_offsets: Arc::clone(&self.work_offsets),

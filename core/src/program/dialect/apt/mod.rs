@@ -5,6 +5,7 @@
 //! toward the tool). Unknown words of post-processors are left unchanged, because they do not move the points.
 
 mod code;
+mod cycle;
 mod line;
 mod point;
 mod statement;

@@ -200,20 +200,25 @@ pub(super) fn feed(scan: &mut Line<'_>, start: usize) -> BlockKind {
             scan.fail_unexpected(from);
             return BlockKind::Malformed;
         }
-        let keyword = match Upper::of(scan.slice(from, end)).as_bytes() {
-            b"MMPM" => Keyword::MmPerMinute,
-            b"IPM" => Keyword::InchPerMinute,
-            b"PERMIN" | b"UPM" => Keyword::UnitPerMinute,
-            b"MMPR" => Keyword::MmPerRevolution,
-            b"IPR" => Keyword::InchPerRevolution,
-            b"PERREV" | b"UPR" => Keyword::UnitPerRevolution,
-            _ => Keyword::FeedElsewhere,
-        };
-        scan.keyword(keyword, from, end);
+        let unit = feed_unit(scan.slice(from, end));
+        scan.keyword(unit.unwrap_or(Keyword::FeedElsewhere), from, end);
         scan.at = end;
     }
     if !has_number {
         scan.keyword(Keyword::FeedElsewhere, head, head);
     }
     BlockKind::Words
+}
+
+/// The unit of a feed by its word.
+pub(super) fn feed_unit(word: &[u8]) -> Option<Keyword> {
+    match Upper::of(word).as_bytes() {
+        b"MMPM" => Some(Keyword::MmPerMinute),
+        b"IPM" => Some(Keyword::InchPerMinute),
+        b"PERMIN" | b"UPM" => Some(Keyword::UnitPerMinute),
+        b"MMPR" => Some(Keyword::MmPerRevolution),
+        b"IPR" => Some(Keyword::InchPerRevolution),
+        b"PERREV" | b"UPR" => Some(Keyword::UnitPerRevolution),
+        _ => None,
+    }
 }

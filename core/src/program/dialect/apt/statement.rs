@@ -1,6 +1,7 @@
 //! The kind of a statement of cutter location text, from its major word.
 
 use super::code::{is_harmless_code, is_harmless_number};
+use super::cycle::cycle;
 use super::line::{Upper, has_minor, is_one_of, minors, rest, said, starts, told_apart, word_end};
 use super::point::{delta, feed, point, tool_axis};
 use crate::program::dialect::line::Line;
@@ -74,10 +75,7 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
         b"GODLTA" => delta(scan, start),
         b"GOHOME" => said(scan, Keyword::GoHome, start),
         b"CIRCLE" => said(scan, Keyword::Circle, start),
-        b"CYCLE" => {
-            let off = has_minor(scan, end, b"OFF");
-            said(scan, if off { Keyword::CycleOff } else { Keyword::CycleOn }, start)
-        }
+        b"CYCLE" => cycle(scan, start),
         b"CUTCOM" => {
             let off = has_minor(scan, end, b"OFF");
             said(scan, if off { Keyword::R0 } else { Keyword::RadiusCompensation }, start)
@@ -103,7 +101,7 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
                 number(word, 0, Spelling::Exponent).is_some_and(|number| number.value.abs() > 0.0)
             };
             let plain = has_minor(scan, end, b"WORLD") && !minors(scan, end).any(moves);
-            said(scan, if plain { Keyword::PostWord } else { Keyword::PointsMoved }, start)
+            said(scan, if plain { Keyword::WorldPoints } else { Keyword::PointsMoved }, start)
         }
         b"ROTABL" | b"ROTHED" => rotation(scan, start),
         b"LOADTL" | b"LOAD" | b"TOOLNO" | b"TURRET" | b"UNLOAD" => tool(scan, start),
