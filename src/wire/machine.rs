@@ -28,6 +28,10 @@ pub struct MachineProfile {
     /// Unit of the lengths in this machine's programs, if neither the text nor the request states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program_unit: Option<ProgramUnit>,
+    /// G codes in force when a program begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = "G1 G17 G90 G94")]
+    pub start_codes: Option<String>,
     /// Work offsets by their names in programs, such as `G54`, `G54.1 P3` and `G505`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub work_offsets_mm: Option<WorkOffsets>,
@@ -304,6 +308,7 @@ impl From<&MachineParts> for MachineProfile {
             },
             interpolation_period_s: parts.interpolation_period_s,
             program_unit: None,
+            start_codes: None,
             work_offsets_mm: None,
             max_feed_mm_per_min: None,
             block_time_ms: None,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{CcParameters, Fault, FaultList, MachineProfile};
 use crate::description::ToSchema;
+use crate::motion::StartModes;
 use crate::units::LengthUnit;
 
 /// Unit of the lengths in a program.
@@ -97,6 +98,16 @@ impl MachineProfile {
         }
         if let Some(asset_id) = &self.asset_id {
             check_line("/asset_id", "an asset id", asset_id, faults);
+        }
+        if let Some(codes) = &self.start_codes
+            && let Err(fault) = StartModes::from_codes(codes)
+        {
+            faults.push(|| {
+                let detail = format!(
+                    "{fault}; give at most one code of each group, separated by blanks: G1 G17 G90 G94"
+                );
+                Fault::new("/start_codes", detail)
+            });
         }
         if let Some(offsets) = &self.work_offsets_mm {
             offsets.check("/work_offsets_mm", faults);

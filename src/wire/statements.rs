@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::{CcParameters, Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, WorkOffsets};
 use crate::description::ToSchema;
 use crate::machine::Machine;
-use crate::motion::{self, WorkOffset};
+use crate::motion::{self, StartModes, WorkOffset};
 use crate::process::{ProgramSetup, StartPosition, ToolTable, Tools};
 use crate::units::{Feedrate, Length};
 
@@ -142,6 +142,8 @@ pub struct Statements<'a> {
 pub struct MachineStatements {
     /// Unit of a program that does not state one.
     pub unit: Option<ProgramUnit>,
+    /// Modes before the first block.
+    pub start_modes: StartModes,
     /// Origins of the work offsets.
     pub work_offsets_mm: Option<WorkOffsets>,
     /// Largest F that may be written.
@@ -156,6 +158,13 @@ impl MachineStatements {
     pub fn of(profile: &super::MachineProfile) -> Self {
         Self {
             unit: profile.program_unit,
+            // A stored profile was checked.
+            start_modes: profile
+                .start_codes
+                .as_deref()
+                .map(StartModes::from_codes)
+                .and_then(Result::ok)
+                .unwrap_or_default(),
             work_offsets_mm: profile.work_offsets_mm.clone(),
             max_feed_mm_per_min: profile.max_feed_mm_per_min,
             block_time_ms: profile.block_time_ms,
@@ -222,6 +231,7 @@ impl Statements<'_> {
             feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
             work_offsets: Arc::new(work_offsets),
             tools: Tools::with(self.tool_number, self.tool_length_mm.map(Length::from_mm), Arc::clone(table)),
+            start_modes: of_machine.start_modes,
             start: self.start.map_or_else(StartPosition::default, |start| start.to_core(machine, faults)),
             apply_errors,
             ..ProgramSetup::default()

@@ -408,3 +408,19 @@ async fn presets_and_stored_profiles_are_given_no_unit() {
     let example: Value = app.get("/v1/machines/example-ac-table").await.json().await.unwrap();
     assert_eq!(example["program_unit"], "mm");
 }
+
+#[tokio::test]
+async fn the_codes_at_the_start_are_those_of_the_profile() {
+    let app = spawn().await;
+    let mut profile = ac_table();
+    profile["start_codes"] = json!("G1 G17 G90 G94");
+    app.put_machine("begins", &profile).await;
+    let program = "F500.0\nX0.0000 Y0.0000 Z20.0000 A10.0000 C20.0000\nX30.0000 A25.0000 C60.0000\nM30\n";
+    let query = "tool_radius_mm=5&unit=mm&work_offset_mm=5,-8,40&stamp=none";
+    // Where nobody states how the tool moves, nothing is changed.
+    assert_eq!(app.program("m", CC, query, program).await, program);
+    let compensated = app.program("begins", CC, query, program).await;
+    assert!(compensated.lines().count() > program.lines().count(), "{compensated}");
+    let stated = app.program("m", CC, query, &program.replace("F500.0", "G1 F500.0")).await;
+    assert_eq!(compensated, stated.replace("G1 F500.0", "F500.0"));
+}

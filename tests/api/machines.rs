@@ -314,6 +314,7 @@ fn with_programs() -> Value {
     let mut profile = ac_table();
     for (name, value) in [
         ("program_unit", json!("inch")),
+        ("start_codes", json!("G1 G17 G90 G94")),
         (
             "work_offsets_mm",
             json!({"G55": [0, 0, 1.5], "G54": [-70, 40, 95], "G54.1 P3": [1, 2, 3], "G505": [0, 0, 0]}),
@@ -331,8 +332,9 @@ fn with_programs() -> Value {
     profile
 }
 
-const OF_PROGRAMS: [&str; 9] = [
+const OF_PROGRAMS: [&str; 10] = [
     "program_unit",
+    "start_codes",
     "work_offsets_mm",
     "max_feed_mm_per_min",
     "block_time_ms",
@@ -401,7 +403,7 @@ async fn only_the_example_says_in_which_unit_its_programs_are() {
 #[tokio::test]
 async fn every_fault_of_what_a_profile_says_of_programs_is_named() {
     let app = spawn().await;
-    let cases: [(&str, Value, &[&str]); 20] = [
+    let cases: [(&str, Value, &[&str]); 22] = [
         ("max_feed_mm_per_min", json!(0), &["/max_feed_mm_per_min"]),
         ("max_feed_mm_per_min", json!(1_000_001), &["/max_feed_mm_per_min"]),
         ("block_time_ms", json!(0), &["/block_time_ms"]),
@@ -434,6 +436,8 @@ async fn every_fault_of_what_a_profile_says_of_programs_is_named() {
         ("name", json!("a\tb"), &["/name"]),
         ("block_time_ms", json!(1e300), &["/block_time_ms"]),
         ("work_offsets_mm", json!({"G54": [-1e308, 0, 0]}), &["/work_offsets_mm/G54/0"]),
+        ("start_codes", json!("G1 G2"), &["/start_codes"]),
+        ("start_codes", json!("G0 G1"), &["/start_codes"]),
     ];
     for (name, value, expected) in cases {
         let mut profile = with_programs();

@@ -5,13 +5,16 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::{self, Read};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use trunnion::kinematics::Setup;
 use trunnion::machine::RotaryLetter;
-use trunnion::motion::{Interpolation, Unfollowable};
-use trunnion::process::{Interpreted, ProgramSetup, StartPosition, interpret_program};
+use trunnion::motion::{Interpolation, StartModes, Unfollowable};
+use trunnion::process::{
+    Interpreted, OpenSubprogram, ProgramSetup, ProgramSource, StartPosition, interpret_program,
+};
 
 use crate::set_ups::in_mm;
 use crate::tables::tables;
@@ -84,10 +87,53 @@ fn stated(text: &[u8]) -> Option<Interpolation> {
     text.windows(4).any(switches).then_some(Interpolation::Tcp)
 }
 
-fn measure(name: String, text: &[u8]) -> Measured {
+/// A program with the files of its folder, which it may call.
+struct WithNeighbours<'a> {
+    text: &'a [u8],
+    files: Vec<PathBuf>,
+}
+
+/// More files than this are no set of programs that call each other.
+const MOST_NEIGHBOURS: usize = 20;
+
+impl<'a> WithNeighbours<'a> {
+    fn of(path: &Path, text: &'a [u8]) -> Self {
+        let is_small = |path: &Path| path.metadata().is_ok_and(|file| file.is_file() && file.len() < 100_000);
+        let entries = path.parent().unwrap().read_dir().unwrap().map(|entry| entry.unwrap().path());
+        let mut files: Vec<_> =
+            entries.filter(|other| other != path && is_program(other) && is_small(other)).collect();
+        files.sort();
+        if files.len() > MOST_NEIGHBOURS {
+            files.clear();
+        }
+        Self { text, files }
+    }
+}
+
+impl ProgramSource for WithNeighbours<'_> {
+    fn open(&self) -> io::Result<Box<dyn Read + Send + '_>> {
+        Ok(Box::new(self.text))
+    }
+
+    fn open_subprogram(&self, index: usize) -> io::Result<Option<OpenSubprogram<'_>>> {
+        let Some(path) = self.files.get(index) else { return Ok(None) };
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        Ok(Some(OpenSubprogram { name, text: Box::new(std::fs::File::open(path)?) }))
+    }
+}
+
+/// The codes in force at the start, as a profile states them. A Sinumerik begins in G1, unless its builder chose another
+/// code.
+fn start_codes(name: &str) -> &'static str {
+    if Path::new(name).extension().is_some_and(|extension| extension == "mpf") { "G1" } else { "" }
+}
+
+fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
     let machine = tables(letters(text), false);
     let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
-    let program = ProgramSetup { start, interpolation: stated(text), ..in_mm(&Setup::default()) };
+    let start_modes = StartModes::from_codes(start_codes(&name)).unwrap();
+    let program =
+        ProgramSetup { start, start_modes, interpolation: stated(text), ..in_mm(&Setup::default()) };
     let (mut followed, mut only_retracts) = (0, true);
     let mut in_the_way: BTreeMap<String, u64> = BTreeMap::new();
     let mut take = |told: &Interpreted| {
@@ -101,7 +147,7 @@ fn measure(name: String, text: &[u8]) -> Measured {
         Ok(())
     };
     let stop = || ControlFlow::Continue(());
-    let found = interpret_program(&machine, &program, &text.to_vec(), &mut take, &stop);
+    let found = interpret_program(&machine, &program, &WithNeighbours::of(path, text), &mut take, &stop);
     let reach = match &found {
         Err(_) => Reach::Refused,
         Ok(_) if followed == 0 && in_the_way.is_empty() => Reach::Still,
@@ -122,7 +168,7 @@ fn measured(folder: &Path) -> Vec<(&'static str, Vec<Measured>)> {
         let files = every_file(&below).into_iter().filter(|path| is_program(path));
         let measured = files.map(|path| {
             let inside = path.strip_prefix(&below).unwrap().to_str().unwrap().to_owned();
-            measure(inside, &std::fs::read(&path).unwrap())
+            measure(inside, &path, &std::fs::read(&path).unwrap())
         });
         (name, measured.collect())
     };

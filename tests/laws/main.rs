@@ -37,6 +37,7 @@ mod side_by_side;
 mod siemens;
 mod singularity;
 mod stamps;
+mod start_codes;
 mod stated_tools;
 mod statements;
 mod surface_contact;

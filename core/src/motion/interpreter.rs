@@ -8,6 +8,7 @@ use super::modal::{Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
 use super::spindle::ToolsNamed;
+use super::start_modes::StartModes;
 use super::statements::ThisBlock;
 use super::unit::ProgramUnit;
 use super::{Decimals, Motion, Unfollowable, WorkOffset, WorkOffsets};
@@ -29,6 +30,8 @@ pub struct InterpreterOptions {
     pub interpolation_stated: bool,
     /// The unit of a program that does not state one. Tables always count in millimetres.
     pub unit: Option<LengthUnit>,
+    /// The modes before the first block, in dialects whose motions are modal.
+    pub start_modes: StartModes,
     /// The axis positions before the first block, as words in the first work offset: X Y Z \[mm\], then the rotary
     /// axes in the profile's order \[deg\].
     pub start: [Option<f64>; 5],
@@ -52,7 +55,7 @@ impl InterpreterOptions {
 
 /// A control that reads a program batch after batch, in the program's order.
 ///
-/// It starts in G90 G94 G17 G40 G49, with the unit, the work offset and the positions that the caller states. After a
+/// It starts in G90 G94 G17 G40 G49, with the modes, the unit, the work offset and the positions that the caller states. After a
 /// call (M98, G65, an O word's `call`) every modal group is unknown until a word sets it again. Every position is
 /// unknown until an absolute word states it.
 #[derive(Debug, Clone)]

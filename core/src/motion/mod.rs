@@ -47,6 +47,7 @@ mod repetition;
 mod sections;
 mod sinumerik;
 mod spindle;
+mod start_modes;
 mod statements;
 #[cfg(test)]
 #[expect(clippy::float_cmp, clippy::items_after_statements, reason = "values as the text has them, exact")]
@@ -72,6 +73,7 @@ pub use meaning::BlockMotion;
 pub use motions::{ArcCourse, Interpolation, Motion, MotionKind, RadiusCompensation};
 pub(crate) use spindle::Spindle;
 pub use spindle::{CalledTool, StatedCutter, ToolKey, ToolName};
+pub use start_modes::{StartCodesFault, StartModes};
 pub use unfollowable::{ModalGroup, Unfollowable};
 pub use words::{AxisWords, ContactWords, Decimals, Extra};
 pub use work_offset::{OffsetCode, WorkOffset, WorkOffsets};

@@ -7,6 +7,7 @@ use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::meaning::Statement;
 use super::modal::{ModalFeed, MotionMode, ToolLength, Transformation};
+use super::start_modes::StartModes;
 use super::travel::VECTOR;
 use super::{FeedMode, Unfollowable, WorkOffset};
 use crate::program::Address;
@@ -68,9 +69,24 @@ impl Interpreter {
             self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
         }
         self.modal.motion = self.modal.motion.or(self.rules.motion);
+        self.begin_in_stated_modes();
         self.begin_unit();
         self.stand_at_start();
         self.find_obstacle();
+    }
+
+    /// The modes that the caller states, unless the dialect has no modal motion or begins in one of its own.
+    fn begin_in_stated_modes(&mut self) {
+        if self.modal.motion.is_some() || !self.rules.motion_is_modal {
+            return;
+        }
+        let StartModes { is_rapid, plane, incremental, is_per_turn } = self.options.start_modes;
+        self.modal.motion = is_rapid.map(|rapid| if rapid { MotionMode::Rapid } else { MotionMode::Linear });
+        self.modal.plane = plane.or(self.modal.plane);
+        self.modal.incremental = incremental.or(self.modal.incremental);
+        if let Some(per_turn) = is_per_turn {
+            self.modal.count_feed(Some(if per_turn { FeedMode::PerRevolution } else { FeedMode::PerMinute }));
+        }
     }
 
     /// Prepares for the words of a block. In dialects whose statements name the motion, no motion is modal.

@@ -132,9 +132,19 @@ fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, 
     for (field, schema) in fields {
         parameters::without_null(schema);
         let is_file = schema.get("format").is_some_and(|format| format == "binary");
-        let kind = if is_file { "application/octet-stream, text/plain" } else { "application/json" };
+        let is_text = !is_file && schema.get("type").is_some_and(|kind| kind == "string");
+        let kind = match (is_file, is_text) {
+            (true, _) => "application/octet-stream, text/plain",
+            (_, true) => "text/plain",
+            _ => "application/json",
+        };
         encoding.insert(field.clone(), json!({ "contentType": kind }));
-        let example = if field == "parameters" { Some(&json!({})) } else { examples.get(field) };
+        let example = match field.as_str() {
+            "parameters" => Some(&json!({})),
+            // An empty part is none.
+            _ if is_text => Some(&json!("")),
+            _ => examples.get(field),
+        };
         if let (false, Some(example), Some(schema)) = (is_file, example, schema.as_object_mut()) {
             schema.insert("example".to_owned(), example.clone());
         }

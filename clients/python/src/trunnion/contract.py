@@ -2895,6 +2895,8 @@ class MachineDocument(TypedDict):
     """Counts up from 1; a revision never changes."""
     serial_number: NotRequired[str | None]
     """The builder's serial number."""
+    start_codes: NotRequired[str | None]
+    """G codes in force when a program begins."""
     work_offsets_mm: NotRequired[WorkOffsets | None]
 
 
@@ -2921,6 +2923,8 @@ class MachineProfile(TypedDict):
     program_unit: NotRequired[ProgramUnit | None]
     serial_number: NotRequired[str | None]
     """The builder's serial number."""
+    start_codes: NotRequired[str | None]
+    """G codes in force when a program begins."""
     work_offsets_mm: NotRequired[WorkOffsets | None]
 
 

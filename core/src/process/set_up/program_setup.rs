@@ -6,7 +6,7 @@ use super::tooling::{Need, Tools};
 use super::tools_at_work::ToolsAtWork;
 use crate::kinematics::Setup;
 use crate::machine::Tool;
-use crate::motion::{Interpolation, InterpreterOptions, WorkOffsets};
+use crate::motion::{Interpolation, InterpreterOptions, StartModes, WorkOffsets};
 use crate::process::fault::Fault;
 use crate::program::{Dialect, Steps};
 use crate::units::{Feedrate, Length, LengthUnit};
@@ -29,6 +29,8 @@ pub struct ProgramSetup {
     pub work_offsets: Arc<WorkOffsets>,
     /// The tools of the program, without the cutters in the request.
     pub tools: Tools,
+    /// Modes before the first block.
+    pub start_modes: StartModes,
     /// Positions of the axes before the first block.
     pub start: StartPosition,
     /// Whether the location errors and the squareness of the machine are applied.
@@ -73,6 +75,7 @@ impl Default for ProgramSetup {
             feed: None,
             work_offsets: Arc::default(),
             tools: Tools::default(),
+            start_modes: StartModes::default(),
             start: StartPosition::default(),
             apply_errors: true,
             allow_repeated: false,
@@ -103,6 +106,7 @@ impl ProgramSetup {
             interpolation_stated: self.interpolation.is_some(),
             cutcom_at_centre: self.cutcom_at_centre,
             unit: self.unit,
+            start_modes: self.start_modes,
             start: [x, y, z, first, second],
             work_offsets: Arc::clone(&self.work_offsets),
             as_it_runs: false,
