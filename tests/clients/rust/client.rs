@@ -38,7 +38,7 @@ async fn posted(client: &Configuration, program: &PathBuf) -> Job {
     let mut job = CcCompensationJob::new(MACHINE.to_owned(), Default::default(), parameters);
     job.external_id = Some("WO-4711/20".to_owned());
     let request = JobRequest::CcCompensation(Box::new(job));
-    let answer = create_job(client, request, program.clone(), Some("WO-4711/20 rust"), None).await.unwrap();
+    let answer = create_job(client, request, program.clone(), Some("WO-4711/20 rust"), None, None, None).await.unwrap();
     let Some(CreateJobSuccess::Status202(job)) = answer.entity else { panic!("{answer:?}") };
     job
 }
@@ -75,8 +75,8 @@ async fn main() {
     let answered = compensate_cc_path(
         &client, MACHINE, program.clone(),
         None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None,
-        None, None, None, None, None, None, None, None, None, None, None, None, radius, None, offset, None,
-        None, None, None, None, None, None, None,
+        None, None, None, None, None, None, None, None, None, None, None, None, None, radius, None, offset, None,
+        None, None, None, None, None, None, None, None, None,
     );
     let answered = answered.await.unwrap().content;
     assert!(answered.lines().count() > std::fs::read_to_string(&program).unwrap().lines().count());
