@@ -54,10 +54,10 @@ mod states_tests;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 mod tests;
+mod tilted_plane;
 mod tool_axis;
 mod tool_length;
 mod travel;
-mod turn;
 mod unfollowable;
 mod unit;
 mod words;
