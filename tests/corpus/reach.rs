@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use trunnion::kinematics::Setup;
-use trunnion::machine::RotaryLetter;
+use trunnion::machine::{PlaneRule, PlaneSolution, RotaryLetter};
 use trunnion::motion::{Interpolation, Unfollowable};
 use trunnion::process::{Interpreted, ProgramSetup, StartPosition, interpret_program};
 
@@ -85,7 +85,8 @@ fn stated(text: &[u8]) -> Option<Interpolation> {
 }
 
 fn measure(name: String, text: &[u8]) -> Measured {
-    let machine = tables(letters(text), false);
+    let solution = PlaneSolution { rule: PlaneRule::Shortest, axis: None };
+    let machine = tables(letters(text), false).with_plane_solution(Some(solution));
     let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
     let program = ProgramSetup { start, interpolation: stated(text), ..in_mm(&Setup::default()) };
     let (mut followed, mut only_retracts) = (0, true);

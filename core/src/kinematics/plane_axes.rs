@@ -139,9 +139,9 @@ impl PlaneAxes {
             position.turned_deg[k] = match (from_deg[k], travel) {
                 (None, None) => Some(word),
                 (None, Some(_)) => (turns.len() == 1).then(|| turned(turns.start)),
+                // Half a turn ahead and half a turn back are the same place.
                 (Some(from), None) => {
-                    let whole = ((from - word) / 360.0).round();
-                    nearest([-1.0, 0.0, 1.0].map(|turn| word + 360.0 * (whole + turn)), from)
+                    Some(word + 360.0 * (((from - 180.0 + SAME_DEG - word) / 360.0).floor() + 1.0))
                 }
                 (Some(from), Some(_)) => nearest(turns.map(turned), from),
             };
@@ -167,12 +167,11 @@ impl PlaneAxes {
             (None, PlaneRule::Shortest) => {
                 let way =
                     |position: &Position, k: usize| Some((position.turned_deg[k]? - from_deg[k]?).abs());
-                match self.axis {
-                    Some(k) => is_less(way(first, k)?, way(second, k)?),
-                    None => {
-                        let ways = |position: &Position| Some([way(position, 0)?, way(position, 1)?]);
-                        dominates(ways(first)?, ways(second)?)
-                    }
+                let ways = |position: &Position| Some([way(position, 0)?, way(position, 1)?]);
+                if let Some(k) = self.axis {
+                    is_less(way(first, k)?, way(second, k)?)
+                } else {
+                    dominates(ways(first)?, ways(second)?)
                 }
             }
         }?;

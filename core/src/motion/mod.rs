@@ -39,6 +39,7 @@ mod offsets;
 #[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 #[path = "offsets/tests.rs"]
 mod offsets_tests;
+mod plane;
 mod position;
 mod radius;
 mod reference;

@@ -1,9 +1,9 @@
 //! The modal state of a control. `None` is an unknown value.
 
 use super::cycle::Cycle;
+use super::plane::TiltedPlane;
 use super::radius::Radius;
 use super::sections::behind;
-use super::tilted_plane::TiltedPlane;
 use super::{FeedMode, ModalGroup, Spindle, Unfollowable, WorkOffset};
 use crate::geometry::Turn;
 

@@ -6,59 +6,12 @@
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::{Modal, ToolLength, Transformation};
+use super::plane::{Offsets, Standing, TiltedPlane};
 use super::travel::{CONTACTS, VECTORS};
-use super::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable, WorkOffset};
+use super::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
 use crate::geometry::{PlaneFrame, Turn};
 use crate::kinematics::{FreeAxis, PlaneSide, PlaneWish};
 use crate::program::{Address, Batch, Block, FreeAxisWord, PlaneDirections, PlaneStatement, PlaneTurning};
-
-/// A plane whose definition is understood.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TiltedPlane {
-    frame: PlaneFrame,
-    wish: PlaneWish,
-    standing: Standing,
-    /// The offsets when it was defined. Under other offsets its place is not known.
-    offsets: Offsets,
-}
-
-/// How the rotary axes stand.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Standing {
-    /// They have not been turned to the plane, or it is not known that they were.
-    Apart,
-    /// The control has turned them. Which of its positions it took is not known.
-    Undecided,
-    /// The control has turned them to these words \[deg\].
-    On([f64; 2]),
-}
-
-/// Everything that decides where the zero of the program is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Offsets {
-    work_offset: Option<WorkOffset>,
-    shifts: u32,
-    program_offset_mm: Option<[f64; 3]>,
-    datum_mm: [Option<f64>; 3],
-}
-
-impl Offsets {
-    fn of(modal: &Modal) -> Self {
-        let Modal { work_offset, shifts, program_offset_mm, datum_mm, .. } = *modal;
-        Self { work_offset, shifts, program_offset_mm, datum_mm }
-    }
-}
-
-impl TiltedPlane {
-    /// Why a motion in this plane is not one of the machine's words.
-    pub(super) fn obstacle(&self) -> Unfollowable {
-        match self.standing {
-            Standing::Apart => Unfollowable::TiltedPlane,
-            Standing::Undecided => Unfollowable::PlaneSolution,
-            Standing::On(_) => Unfollowable::InPlane,
-        }
-    }
-}
 
 /// The transformations that are planes.
 const PLANES: [Transformation; 2] = [Transformation::Tilt, Transformation::Swivel];
@@ -66,6 +19,12 @@ const PLANES: [Transformation; 2] = [Transformation::Tilt, Transformation::Swive
 const Z: u8 = 2;
 
 impl Modal {
+    /// Everything that decides where the zero of the program is.
+    fn offsets(&self) -> Offsets {
+        let Self { work_offset, shifts, program_offset_mm, datum_mm, .. } = *self;
+        Offsets { work_offset, shifts, program_offset_mm, datum_mm }
+    }
+
     /// Whether a tilted plane is on.
     pub(super) fn is_tilted(&self) -> bool {
         PLANES.iter().any(|which| self.transformations.get(*which as usize) == Some(&Some(true)))
@@ -99,7 +58,7 @@ impl Interpreter {
             return None;
         }
         let stated = (batch.dialect().rules().plane())(batch, block)?;
-        let is_level = Offsets::of(&self.modal).program_offset_mm == Some([0.0; 3]);
+        let is_level = self.modal.offsets().program_offset_mm == Some([0.0; 3]);
         let is_first = stated.replaces || !before.is_tilted();
         (is_level && is_first && self.modal.plane == Some(Z) && self.modal.is_tilted()).then_some(stated)
     }
@@ -125,7 +84,7 @@ impl Interpreter {
                 frame,
                 wish: PlaneWish { side, free_axis },
                 standing: Standing::Apart,
-                offsets: Offsets::of(&self.modal),
+                offsets: self.modal.offsets(),
             });
             if stated.turning == PlaneTurning::Here {
                 self.stand_on_plane(stood_deg);
@@ -180,7 +139,7 @@ impl Interpreter {
         // On a machine with a head axis the tip is known if a length is in force.
         let has_length = !self.axes.has_head_axis() || self.rules.has_length(&self.modal);
         let is_clear = self.position.axes[3..] == words_deg.map(Some)
-            && plane.offsets == Offsets::of(&self.modal)
+            && plane.offsets == self.modal.offsets()
             && self.modal.tool_length == Some(ToolLength::Plain)
             && self.modal.compensation == Some(false)
             && has_length
@@ -194,7 +153,8 @@ impl Interpreter {
         let Some(frame) = self.plane_in_force() else { return false };
         let has_directions = self.block.present & (VECTORS | CONTACTS) != 0;
         let end = self.position.axis_words();
-        let turns = start.zip(end).is_some_and(|(start, end)| start.rotary_deg != end.rotary_deg);
+        let is_at = |words: AxisWords| plane_words(&words) == self.position.axes[3..];
+        let turns = start.is_some_and(|start| !is_at(start));
         let is_known = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear | MotionKind::Arc);
         if !is_known || has_directions || turns {
             return false;
@@ -217,6 +177,11 @@ impl Interpreter {
             other => other,
         }
     }
+}
+
+/// The rotary words, as positions of the control.
+fn plane_words(words: &AxisWords) -> [Option<f64>; 2] {
+    words.rotary_deg.map(Some)
 }
 
 /// Turns the places of a motion from places of the plane to those in W. The control follows the tip there.

@@ -72,7 +72,7 @@ pub(in crate::program) fn plain_number(text: &[u8]) -> Option<f64> {
     let digits = text.strip_prefix(b"-").or_else(|| text.strip_prefix(b"+")).unwrap_or(text);
     let is_plain = digits.iter().any(u8::is_ascii_digit)
         && digits.iter().all(|byte| byte.is_ascii_digit() || *byte == b'.')
-        && digits.iter().filter(|byte| **byte == b'.').count() <= 1;
+        && digits.split(|byte| *byte == b'.').count() <= 2;
     let value: f64 = std::str::from_utf8(text).ok().filter(|_| is_plain)?.parse().ok()?;
     (value.abs() <= super::MAX_MAGNITUDE).then_some(value)
 }

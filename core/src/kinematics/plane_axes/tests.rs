@@ -84,6 +84,8 @@ fn a_rule_decides_by_its_axis_and_nothing_is_chosen_where_it_does_not() {
     assert!(is_near(choose(PlaneRule::Shortest, a, [Some(10.0), Some(-80.0)]), up));
     assert!(is_near(choose(PlaneRule::Shortest, c, [Some(10.0), Some(-80.0)]), down));
     assert!(is_near(choose(PlaneRule::Shortest, None, [Some(0.0), Some(400.0)]), Some([30.0, 450.0])));
+    // Half a turn of an axis without limits leads to one place.
+    assert!(is_near(choose(PlaneRule::PositiveFirst, a, [Some(0.0), Some(-90.0)]), Some([30.0, 90.0])));
 }
 
 #[test]

@@ -57,7 +57,7 @@ pub(super) fn read(batch: &Batch, block: &Block) -> Option<PlaneStatement> {
         return None;
     }
     // How far the tool retracts does not matter after it.
-    (whole(RETRACT)?, number(RETRACT_BY)?);
+    whole(RETRACT).zip(number(RETRACT_BY))?;
     let [first, second, third] = axes(whole(MODE)?)?;
     let [a, b, c] = numbers(ANGLES)?;
     let direction = whole(DIRECTION)?;
