@@ -2,11 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{CalibrationLimits, Drives, Fault, FaultList, Fixed, PlaneSolution, ProgramUnit, WorkOffsets};
+use super::{
+    CalibrationLimits, Drives, Fault, FaultList, Fixed, PlaneRule, PlaneSolution, ProgramUnit, WorkOffsets,
+};
 use crate::description::ToSchema;
 use crate::geometry::Vec3;
 use crate::machine::{
-    AxisField, LocationError, Machine, MachineFault, MachineParts, Motion, ProfileField, RotaryAxis,
+    self, AxisField, LocationError, Machine, MachineFault, MachineParts, Motion, ProfileField, RotaryAxis,
     RotaryLetter, Side, Squareness, Travel,
 };
 use crate::servo::AxisLetter;
@@ -217,7 +219,8 @@ impl MachineProfile {
             axis.direction = unit(axis.direction);
         }
         self.work_offsets_mm = self.work_offsets_mm.map(WorkOffsets::without_negative_zeros);
-        machine.map(|machine| (self, machine)).ok_or_else(Vec::new)
+        let solution = self.plane_solution.as_ref().map(solution_of);
+        machine.map(|machine| (self, machine.with_plane_solution(solution))).ok_or_else(Vec::new)
     }
 
     /// The letters of the axes. An unknown letter is replaced by one that no other axis has, so that the rest
@@ -350,6 +353,16 @@ fn letter(name: &str) -> Option<RotaryLetter> {
         "C" => Some(RotaryLetter::C),
         _ => None,
     }
+}
+
+/// The rule in the core's terms.
+fn solution_of(solution: &PlaneSolution) -> machine::PlaneSolution {
+    let rule = match solution.rule {
+        PlaneRule::PositiveFirst => machine::PlaneRule::PositiveFirst,
+        PlaneRule::NegativeFirst => machine::PlaneRule::NegativeFirst,
+        PlaneRule::Shortest => machine::PlaneRule::Shortest,
+    };
+    machine::PlaneSolution { rule, axis: solution.axis.as_deref().and_then(letter) }
 }
 
 fn travel(limits: Option<Fixed<2>>) -> Option<Travel> {

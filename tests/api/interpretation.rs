@@ -204,6 +204,30 @@ async fn the_table_has_the_rows_of_the_answer_under_the_letters_of_the_profile()
 }
 
 #[tokio::test]
+async fn a_tilted_plane_is_followed_where_the_profile_says_how_the_control_turns_to_it() {
+    let app = machines().await;
+    let mut stated = ac_table();
+    stated["plane_solution"] = json!({"rule": "negative-first", "axis": "A"});
+    app.put_machine("stated", &stated).await;
+    let program = "G90 G21 G94 G17\nG54\nG0 X0. Y0. Z0. A0. C0.\nG68.2 X10. Y20. Z30. I90. J30. K0.\nG53.1\nG0 X1. Y2. Z4.\nG69\nM30\n";
+    let answer = app.report("stated", OPERATION, "", program).await;
+    let moved = motion(&answer, 6);
+    let number = |value: &Value| value.as_f64().unwrap();
+    // The normal is (sin 30, 0, cos 30).
+    let tip = [10.0 - 2.0 * 0.75_f64.sqrt() + 2.0, 21.0, 30.0 + 1.0 + 4.0 * 0.75_f64.sqrt()];
+    for (k, at) in tip.into_iter().enumerate() {
+        assert!((number(&moved["tip_mm"][k]) - at).abs() < 1e-9, "{moved}");
+    }
+    let turned = [number(&moved["joints"]["A"]) + 30.0, number(&moved["joints"]["C"]) + 90.0];
+    assert!(turned.iter().all(|off| off.abs() < 1e-9), "{moved}");
+    // Where the profile says nothing, the report says what to state.
+    let answer = app.report("m", OPERATION, "", program).await;
+    let told = answer["left_alone"].as_array().unwrap().last().unwrap();
+    assert_eq!(told["line"], 6, "{answer}");
+    assert!(told["reason"].as_str().unwrap().contains("profile does not decide"), "{told}");
+}
+
+#[tokio::test]
 async fn under_tcp_the_words_are_those_of_the_tip() {
     let app = machines().await;
     let program = "G90 G21 G94\nG43.4 H1\nG1 X1.000 Y2.000 Z3.000 A25.000 C60.000 F100\nM30\n";

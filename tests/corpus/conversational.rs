@@ -93,7 +93,7 @@ fn the_dmc_program_is_followed_through_its_calls() {
     // 3369 lines with L, without FMAX, that name an axis; 104 of them stand in tilted planes.
     assert_eq!(linear.len(), 3265);
     assert!(linear.iter().all(|motion| (motion.mm_per_unit - 25.4).abs() < 1e-12 && !motion.offset_changed));
-    let tilted = motions.iter().filter(|motion| motion.unfollowable == Some(Unfollowable::TiltedPlane));
+    let tilted = motions.iter().filter(|motion| motion.unfollowable == Some(Unfollowable::PlaneSolution));
     assert!(tilted.clone().all(|motion| motion.line >= 206) && tilted.count() > 100);
     let calls = motions.iter().filter(|motion| motion.unfollowable == Some(Unfollowable::Call)).count();
     assert_eq!(calls, 23);

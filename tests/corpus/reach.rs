@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use trunnion::kinematics::Setup;
-use trunnion::machine::RotaryLetter;
+use trunnion::machine::{PlaneRule, PlaneSolution, RotaryLetter};
 use trunnion::motion::{Interpolation, StartModes, Unfollowable};
 use trunnion::process::{
     Interpreted, OpenSubprogram, ProgramSetup, ProgramSource, StartPosition, interpret_program,
@@ -129,7 +129,8 @@ fn start_codes(name: &str) -> &'static str {
 }
 
 fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
-    let machine = tables(letters(text), false);
+    let solution = PlaneSolution { rule: PlaneRule::Shortest, axis: None };
+    let machine = tables(letters(text), false).with_plane_solution(Some(solution));
     let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
     let start_modes = StartModes::from_codes(start_codes(&name)).unwrap();
     let program =

@@ -25,6 +25,7 @@ mod okuma;
 mod one_pass;
 mod other_controls;
 mod path;
+mod planes;
 mod post;
 mod post_whole;
 mod program;

@@ -2,15 +2,19 @@
 
 mod angles;
 mod great_circle;
+mod plane_frame;
 mod plane_path;
 mod screw;
 pub mod trig;
 pub(crate) mod trig_lanes;
+mod turn;
 
 pub use angles::{angle_about, angle_between, shortest_turn_rad, wrap_rad};
 pub use great_circle::GreatCircle;
+pub use plane_frame::PlaneFrame;
 pub use plane_path::{Corner, PlaneCircle, PlanePiece};
 pub use screw::{RigidMotion, Screw};
+pub use turn::{MAX_SLANT, Turn};
 
 /// A vector or point; the name of the variable says frame and unit.
 pub type Vec3 = nalgebra::Vector3<f64>;

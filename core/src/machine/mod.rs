@@ -3,6 +3,7 @@
 
 mod fault;
 mod location_error;
+mod plane_solution;
 mod presets;
 mod profile;
 mod rotary_axis;
@@ -10,6 +11,7 @@ mod tool;
 
 pub use fault::{AxisField, MachineFault, Motion, ProfileField};
 pub use location_error::{LocationError, Squareness};
+pub use plane_solution::{PlaneRule, PlaneSolution};
 pub use presets::{EXAMPLE_ID, PRESETS, Preset};
 pub use profile::{Machine, MachineParts};
 pub use rotary_axis::{RotaryAxis, RotaryLetter, Side, Travel};

@@ -1,6 +1,9 @@
 //! A complete, checked machine.
 
-use super::{AxisField, LocationError, MachineFault, Motion, ProfileField, RotaryAxis, Squareness, Travel};
+use super::{
+    AxisField, LocationError, MachineFault, Motion, PlaneSolution, ProfileField, RotaryAxis, Squareness,
+    Travel,
+};
 use crate::geometry::{RigidMotion, Screw, Vec3, angle_between};
 
 /// The unchecked parts of a profile, with any number of axes and any values.
@@ -27,6 +30,7 @@ pub struct Machine {
     linear_travel_mm: [Option<Travel>; 3],
     squareness: Squareness,
     interpolation_period_s: f64,
+    plane_solution: Option<PlaneSolution>,
 }
 
 impl Machine {
@@ -90,9 +94,22 @@ impl Machine {
             linear_travel_mm: parts.linear_travel_mm,
             squareness: parts.squareness,
             interpolation_period_s: parts.interpolation_period_s,
+            plane_solution: None,
         };
         machine.check_pointing(&mut faults);
         if faults.is_empty() { Ok(machine) } else { Err(faults) }
+    }
+
+    /// The same machine, whose control chooses rotary positions for tilted planes by this rule.
+    #[must_use]
+    pub fn with_plane_solution(self, plane_solution: Option<PlaneSolution>) -> Self {
+        Self { plane_solution, ..self }
+    }
+
+    /// How the control chooses rotary positions for tilted planes; `None` if this is not stated.
+    #[must_use]
+    pub fn plane_solution(&self) -> Option<PlaneSolution> {
+        self.plane_solution
     }
 
     /// The shop's name for the machine.

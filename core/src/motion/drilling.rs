@@ -8,6 +8,7 @@ use super::block_words::AXES;
 use super::cycle::{Retract, Stroke};
 use super::interpreter::Interpreter;
 use super::modal::ToolLength;
+use super::tilted_plane::place_in;
 use super::{FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block};
 
@@ -61,7 +62,9 @@ impl Interpreter {
         let Some(plane) = self.modal.plane.filter(|_| cycles.is_some()) else { return false };
         self.take_cycle_words(plane);
         let levels = self.levels(plane);
-        let is_followed = reason.is_none() && self.obstacle().is_none() && self.cycle_words_are_known();
+        let is_followed = reason.is_none()
+            && (self.obstacle().is_none() || self.plane_in_force().is_some())
+            && self.cycle_words_are_known();
         let times = self.times().filter(|times| is_followed && self.may_repeat(times - 1));
         let (Some(levels), Some(times)) = (levels, times) else {
             // The drilled axis is somewhere else after it.
@@ -227,6 +230,9 @@ impl Interpreter {
             self.stand_at(to_mm);
             motion.end = self.position.axis_words();
             motion.linear_end_mm = Some(to_mm);
+            if let Some(frame) = self.plane_in_force() {
+                place_in(frame, &mut motion);
+            }
             self.note_offset(&mut motion);
             motions.push(motion);
         }

@@ -21,6 +21,8 @@ pub(super) enum Action {
     Reference,
     /// Motions that are not written.
     Elsewhere,
+    /// G53.1: the rotary axes turn to the tilted plane.
+    ToPlane,
     Call,
     Unknown,
     /// The axis words belong to a programmable frame.
@@ -50,8 +52,13 @@ impl Interpreter {
         }
         let mut reason = self.block_reason(batch, block, diagnostics);
         let before = self.modal;
+        let [.., first, second] = self.position.axes;
         let (mut action, mut one_shot) = self.apply_g_codes(&mut reason);
         self.settle_conflicts(batch, block, &before, &mut reason, diagnostics);
+        let plane = self.stated_plane(batch, block, &before);
+        if plane.is_some() && action.is_none() {
+            action = Some(Action::Consume);
+        }
         let (ends, called) = self.apply_m_codes();
         let ends = ends || self.this_block.ends;
         if self.this_block.machine_coordinates {
@@ -80,6 +87,9 @@ impl Interpreter {
         }
         let before = motions.len();
         self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
+        if let Some(plane) = plane {
+            self.enter_plane(&plane, [first, second]);
+        }
         if let Some(section) = self.this_block.section {
             self.apply_section(section);
         }
@@ -161,6 +171,15 @@ impl Interpreter {
                 let reason = if tilted { Unfollowable::TiltedPlane } else { Unfollowable::Reference };
                 self.opaque(index, block, reason, motions);
                 self.position.forget_axes();
+            }
+            Some(Action::ToPlane) => {
+                self.set_feed();
+                let tilted = self.obstacle().filter(|_| self.modal.is_tilted());
+                let reason = tilted.unwrap_or(Unfollowable::Reference);
+                self.opaque(index, block, reason, motions);
+                if !self.turn_to_plane() {
+                    self.position.forget_axes();
+                }
             }
             Some(Action::Odd(reason)) => {
                 self.set_feed();

@@ -31,7 +31,8 @@ impl Interpreter {
         let axis_words = self.block.present & AXES;
         let also = |action: &mut Option<Action>, new: Action| {
             // Two codes use the axis words. The code that moves unseen wins.
-            let wins = !matches!(action, Some(Action::Call | Action::Unknown | Action::Elsewhere));
+            let wins =
+                !matches!(action, Some(Action::Call | Action::Unknown | Action::Elsewhere | Action::ToPlane));
             if action.is_some() && *action != Some(new) && axis_words != 0 {
                 *action = Some(Action::Odd(Unfollowable::ConflictingCodes));
             } else if wins {
@@ -114,6 +115,7 @@ impl Interpreter {
                 Meaning::OffsetByHHere => counts_elsewhere = Some(self.offset_here()),
                 Meaning::Reference => also(&mut action, Action::Reference),
                 Meaning::Elsewhere => also(&mut action, Action::Elsewhere),
+                Meaning::ToPlane => also(&mut action, Action::ToPlane),
                 Meaning::Call => also(&mut action, Action::Call),
                 Meaning::ModalCall => {
                     self.modal.macro_call = Some(true);

@@ -12,6 +12,7 @@ use super::start_modes::StartModes;
 use super::statements::ThisBlock;
 use super::unit::ProgramUnit;
 use super::{Decimals, Motion, Unfollowable, WorkOffset, WorkOffsets};
+use crate::kinematics::PlaneAxes;
 use crate::machine::Machine;
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Code, Constants, Diagnostic, DiagnosticCode,
@@ -69,6 +70,8 @@ pub struct Interpreter {
     obstacle: Option<Unfollowable>,
     /// The letters of the machine's axes.
     pub(super) axes: MachineAxes,
+    /// How the control turns the rotary axes to a tilted plane; `None` if the profile does not say so.
+    pub(super) planes: Option<Arc<PlaneAxes>>,
     /// The work offset of the first complete point.
     pub(super) only_offset: Option<WorkOffset>,
     /// The unit in which the program counts, and its source.
@@ -119,6 +122,7 @@ impl Interpreter {
             program_decimals: Decimals::default(),
             obstacle: None,
             axes: MachineAxes::of(machine),
+            planes: PlaneAxes::of(machine).map(Arc::new),
             only_offset: None,
             program_unit: ProgramUnit::default(),
             line: 0,

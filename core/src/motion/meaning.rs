@@ -190,6 +190,8 @@ pub(super) enum Meaning {
     Reference,
     /// Moves axes that are not named.
     Elsewhere,
+    /// G53.1: the rotary axes turn to the tilted plane.
+    ToPlane,
     Call,
     ModalCall,
     EndModalCall,

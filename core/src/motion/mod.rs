@@ -39,6 +39,7 @@ mod offsets;
 #[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 #[path = "offsets/tests.rs"]
 mod offsets_tests;
+mod plane;
 mod point_cycle;
 mod position;
 mod radius;
@@ -56,10 +57,10 @@ mod states_tests;
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "values as the text has them, exact")]
 mod tests;
+mod tilted_plane;
 mod tool_axis;
 mod tool_length;
 mod travel;
-mod turn;
 mod unfollowable;
 mod unit;
 mod words;

@@ -1,10 +1,11 @@
 //! The modal state of a control. `None` is an unknown value.
 
 use super::cycle::{Cycle, PointCycle};
+use super::plane::TiltedPlane;
 use super::radius::Radius;
 use super::sections::behind;
-use super::turn::Turn;
 use super::{FeedMode, ModalGroup, Spindle, Unfollowable, WorkOffset};
+use crate::geometry::Turn;
 
 /// The motion group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -110,6 +111,8 @@ pub(super) struct Modal {
     pub(super) program_offset_mm: Option<[f64; 3]>,
     /// The turn of the programmable frame, if ROT and AROT have turned it by known angles and its motions are followed.
     pub(super) turn: Option<Turn>,
+    /// The tilted plane, if its definition is understood.
+    pub(super) tilt: Option<TiltedPlane>,
     /// The D number of the tool's edge, if it decides the tool's length.
     pub(super) edge: Option<f64>,
     /// The H number of the tool's length in ISO programs.
@@ -169,6 +172,7 @@ impl Modal {
         is_lost: false,
         program_offset_mm: Some([0.0; 3]),
         turn: None,
+        tilt: None,
         edge: None,
         length_number: None,
         rounds_corners: false,
@@ -211,6 +215,7 @@ impl Modal {
         self.point_cycle = None;
         self.points_in_world = false;
         self.turn = None;
+        self.tilt = None;
     }
 
     /// Forgets what a call in a conversational program may change. Units, the sense of words and feeds are those of
@@ -273,6 +278,7 @@ impl Modal {
                 point_cycle: None,
                 points_in_world: self.points_in_world,
                 turn: None,
+                tilt: None,
                 radius: Radius::START,
                 // Every shift counts: after a second call the offset has changed once more.
                 shifts: self.shifts.saturating_add(stranger[1].shifts.saturating_sub(stranger[0].shifts)) }
@@ -338,6 +344,7 @@ impl Modal {
             shifts: self.shifts,
             program_offset_mm: same(self.program_offset_mm, skipped.program_offset_mm),
             turn: same(self.turn, skipped.turn),
+            tilt: same(self.tilt, skipped.tilt),
             edge: same(self.edge, skipped.edge),
             length_number: same(self.length_number, skipped.length_number),
             rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,
@@ -370,6 +377,9 @@ impl Modal {
         }
         if self.macro_call != Some(false) {
             return Some(Unfollowable::ModalCall);
+        }
+        if let Some(plane) = self.tilt.as_ref().filter(|_| self.is_tilted()) {
+            return Some(plane.obstacle());
         }
         if self.transformations[Transformation::Tilt as usize] == Some(true) {
             return Some(Unfollowable::TiltedPlane);

@@ -32,6 +32,7 @@ impl Interpreter {
             tool_axis: None,
             vector_start: None,
             program_offset_mm: self.modal.program_offset_mm,
+            frame: None,
             repeats: false,
             contact: ContactWords::None,
             feed: self.feed(),

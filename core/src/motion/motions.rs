@@ -1,6 +1,7 @@
 //! One motion, in the form that the compensator takes.
 
 use super::{AxisWords, CalledTool, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
+use crate::geometry::PlaneFrame;
 use crate::program::PlaceInFile;
 
 /// The kind of a motion.
@@ -91,6 +92,9 @@ pub struct Motion {
     /// The offset that TRANS and ATRANS add to X Y Z of this motion to give the place in the work offset \[mm\];
     /// `None` if it is not known. If it is not zero, `offset_changed` is set.
     pub program_offset_mm: Option<[f64; 3]>,
+    /// The tilted plane in which the block counts. Its places here are those of the tip in the work offset, and the
+    /// control follows the tip. Only motions of a program that is followed as it runs have one.
+    pub frame: Option<PlaneFrame>,
     /// The block repeats the motion before it to another place. It has at most numbers for axis and contact words, F,
     /// a block number, G0 or G1, the word of a line or a point, and comments. After the same motion, the same text
     /// makes the same motion. A vector becomes words of the machine later, in the order of the program.
@@ -133,10 +137,11 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// How the control interpolates it: as the caller states, otherwise as the program's own switches say.
+    /// How the control interpolates it: as the caller states, otherwise as the program's own switches say. In a tilted
+    /// plane it follows the tip.
     #[must_use]
     #[inline]
     pub fn mode(&self, stated: Option<Interpolation>) -> Interpolation {
-        stated.unwrap_or(self.interpolation)
+        if self.frame.is_some() { Interpolation::Tcp } else { stated.unwrap_or(self.interpolation) }
     }
 }

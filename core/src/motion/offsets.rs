@@ -5,8 +5,8 @@ use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::Transformation;
-use super::turn::Turn;
 use super::work_offset::OffsetCode;
+use crate::geometry::Turn;
 use crate::program::Address;
 
 /// Axes whose zero is shifted by G52.
@@ -129,6 +129,9 @@ impl Interpreter {
     }
 
     pub(super) fn set_transformation(&mut self, which: Transformation, on: Option<bool>) {
+        // Whatever a plane was, the code has ended or changed it.
+        let is_plane = matches!(which, Transformation::Tilt | Transformation::Swivel);
+        let plane = self.modal.tilt.take_if(|_| is_plane);
         if which == Transformation::Rotation
             && let Some(turn) = self.modal.turn.take()
             && on == Some(false)
@@ -144,7 +147,12 @@ impl Interpreter {
             && *state != on
         {
             *state = on;
+            let [.., first, second] = self.position.axes;
             self.position.forget_axes();
+            // G69 moves no axis.
+            if plane.is_some() && on == Some(false) && which == Transformation::Tilt {
+                self.position.axes[3..].copy_from_slice(&[first, second]);
+            }
         }
     }
 

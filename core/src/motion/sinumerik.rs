@@ -4,7 +4,7 @@ use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::ProgramFrame;
 use super::modal::Transformation;
-use super::turn::Turn;
+use crate::geometry::Turn;
 use crate::program::{Address, Code, Keyword};
 
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];

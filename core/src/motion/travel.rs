@@ -79,6 +79,8 @@ impl Interpreter {
                 Unfollowable::Transformation
                     | Unfollowable::OtherTransformation
                     | Unfollowable::TiltedPlane
+                    | Unfollowable::PlaneSolution
+                    | Unfollowable::InPlane
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );
@@ -91,14 +93,16 @@ impl Interpreter {
             motion.tool_axis = self.position.tool_axis();
             motion.vector_start = vector_start;
         }
-        let is_turned = !in_program_axes && !counts_elsewhere && self.turn_ends(&mut motion, start);
+        let is_turned = !in_program_axes
+            && !counts_elsewhere
+            && (self.turn_ends(&mut motion, start) || self.move_in_plane(&mut motion, start));
         if !counts_elsewhere && !is_turned {
             motion.contact = self.contact();
         }
         motion.extra = extra;
         // The machine's words for a vector can be found later, but nothing else can.
         let vector = Some(Unfollowable::ToolVector);
-        let obstacle = if is_turned { None } else { self.obstacle() };
+        let obstacle = if is_turned { None } else { self.as_in_plane(self.obstacle()) };
         motion.unfollowable = reason.or(obstacle.filter(|_| obstacle != vector)).or(word_reason);
         if motion.unfollowable.is_none() {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);

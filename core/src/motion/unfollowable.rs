@@ -80,6 +80,14 @@ pub enum Unfollowable {
     /// G68.2 to G68.4, PLANE: the words are those of a tilted plane.
     #[error("a tilted working plane is active")]
     TiltedPlane,
+    /// A tilted plane whose rotary positions are not decided.
+    #[error(
+        "the machine's profile does not decide which rotary positions the control takes for the tilted plane"
+    )]
+    PlaneSolution,
+    /// A motion in a tilted plane, for an operation that writes.
+    #[error("a tilted working plane is active, in which this operation changes no motion")]
+    InPlane,
     /// Rotation, scaling, mirror, polar words, cylinder or diameter mode.
     #[error("a coordinate transformation is active")]
     Transformation,
@@ -188,6 +196,10 @@ impl Unfollowable {
             Self::BlockDelete => "Remove the `/` or the block",
             Self::CutterCompensation => "Post the path of the cutter without radius compensation",
             Self::TiltedPlane => "Post the program without a tilted plane",
+            Self::PlaneSolution => {
+                "State plane_solution with its axis in the profile, and the rotary positions before the plane"
+            }
+            Self::InPlane => "Post the motions of the plane with tool-centre-point control",
             Self::Transformation => "Post the program in plain workpiece coordinates",
             Self::OtherTransformation => {
                 "Describe the transformation of this program in the machine's profile, and select it by TRAORI"

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::geometry::trig;
+use crate::geometry::{PlaneFrame, trig};
 use crate::motion::{ArcCourse, AxisWords, Motion};
 use crate::program::{Address, Batch, Word, WordForm};
 
@@ -99,6 +99,8 @@ pub(in crate::process) struct ArcPath {
     sweep_rad: f64,
     /// Radius at the end divided by the radius at the start. It differs from 1 because words are rounded.
     growth: f64,
+    /// The tilted plane in which all of this counts.
+    frame: Option<PlaneFrame>,
 }
 
 /// G2, G3, G90.1, G91.1 in tenths.
@@ -151,6 +153,10 @@ impl ArcPath {
         motion: &Motion,
         [start, end]: [AxisWords; 2],
     ) -> Result<Self, UnknownArc> {
+        let [start, end] = [start, end].map(|words| match motion.frame {
+            Some(frame) => AxisWords { linear_mm: frame.from_workpiece(words.linear_mm), ..words },
+            None => words,
+        });
         let across = usize::from(motion.plane.ok_or(UnknownArc::Plane)?);
         let axes = [(across + 1) % 3, (across + 2) % 3];
         let is_at_rest = |k: usize| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits();
@@ -212,6 +218,7 @@ impl ArcPath {
         };
         let mut arc = Self::about(modes.is_clockwise, [start, end], axes, centre_mm)?;
         let further_rad = std::f64::consts::TAU * f64::from(motion.further_turns.unwrap_or_default());
+        arc.frame = motion.frame;
         arc.sweep_rad += if modes.is_clockwise { -further_rad } else { further_rad };
         Ok(arc)
     }
@@ -244,17 +251,27 @@ impl ArcPath {
             (false, false) if turn_rad < 0.0 => turn_rad + std::f64::consts::TAU,
             _ => turn_rad,
         };
-        Ok(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first })
+        Ok(Self { start, end, axes, centre_mm, arm_mm, sweep_rad, growth: last / first, frame: None })
     }
 
-    /// Returns the words at the centre, and the axis of the plane's normal (0 X, 1 Y, 2 Z). The third axis is where
-    /// the arc starts.
-    pub(in crate::process) fn centre(&self) -> (AxisWords, usize) {
+    /// Returns the words at the centre, and those at 1 mm from there along the normal of the arc's plane. The third
+    /// axis is where the arc starts.
+    pub(in crate::process) fn centre(&self) -> [AxisWords; 2] {
         let mut words = self.start;
         for (axis, at_mm) in self.axes.into_iter().zip(self.centre_mm) {
             words.linear_mm[axis] = at_mm;
         }
-        (words, 3 - self.axes[0] - self.axes[1])
+        let mut beside = words;
+        beside.linear_mm[3 - self.axes[0] - self.axes[1]] += 1.0;
+        [words, beside].map(|words| self.out(words))
+    }
+
+    /// Words that count in the arc's tilted plane, in the work offset.
+    fn out(&self, words: AxisWords) -> AxisWords {
+        match self.frame {
+            Some(frame) => AxisWords { linear_mm: frame.to_workpiece(words.linear_mm), ..words },
+            None => words,
+        }
     }
 
     /// Angle that the arc runs through, counter-clockwise about the plane's normal positive \[rad\].
@@ -265,10 +282,10 @@ impl ArcPath {
     /// The words at the fraction `u`: on the circle in the plane, linear in the third axis.
     pub(in crate::process) fn words_at(&self, u: f64) -> AxisWords {
         if u <= 0.0 {
-            return self.start;
+            return self.out(self.start);
         }
         if u >= 1.0 {
-            return self.end;
+            return self.out(self.end);
         }
         let mut words = self.start;
         for axis in 0..3 {
@@ -280,7 +297,7 @@ impl ArcPath {
         let [a, b] = self.arm_mm;
         words.linear_mm[self.axes[0]] = self.centre_mm[0] + scale * (a * cos - b * sin);
         words.linear_mm[self.axes[1]] = self.centre_mm[1] + scale * (a * sin + b * cos);
-        words
+        self.out(words)
     }
 
     /// Bounds on the first and second derivative of the words with respect to u \[mm\].

@@ -137,6 +137,15 @@ impl MotionRules {
         unknown_is_final: false,
     };
 
+    /// Whether it is stated that a tool length is in force.
+    pub(super) fn has_length(&self, modal: &super::modal::Modal) -> bool {
+        match self.tool_words {
+            ToolWords::LengthByH => modal.length_number.is_some_and(|number| number > 0.0),
+            ToolWords::EdgeByTAndD => modal.edge.is_none_or(|edge| edge > 0.0),
+            ToolWords::None => true,
+        }
+    }
+
     /// The row of a dialect.
     #[inline]
     pub(super) const fn of(dialect: Dialect) -> &'static Self {

@@ -218,8 +218,7 @@ fn cycles_and_calls_are_left_alone() {
     assert!(motions[3].unfollowable.is_some() && motions[3].end.is_none());
     let motions = run("CYCLE800(1,\"TC1\",0,57,0,0,0,0,30,0,0,0,0,1)\nG1 X1 F100\nCYCLE800()\nX0 Y0 Z0\n");
     let left: Vec<_> = motions.iter().map(|motion| motion.unfollowable).collect();
-    assert_eq!(left[..2], [Some(Unfollowable::Transformation); 2]);
-    assert_eq!(left[2], None);
+    assert_eq!(left, [Some(Unfollowable::Transformation), Some(Unfollowable::PlaneSolution), None]);
 }
 
 #[test]

@@ -238,6 +238,9 @@ impl Understanding<'_> {
         } else if let Some(linear_mm) = motion.linear_end_mm {
             // A block may make several motions.
             joints[..3].copy_from_slice(&linear_mm.map(Some));
+        } else if motion.frame.is_some() {
+            // Places of the plane are none of the work offset.
+            joints[..3].fill(None);
         }
         let name = self.names.iter().find(|name| Some(name.key()) == motion.tool.key());
         InterpretedMotion {
@@ -316,10 +319,8 @@ impl Understanding<'_> {
     }
 
     fn arc(&self, motion: &Motion, path: &ArcPath) -> Option<InterpretedArc> {
-        let (centre, across) = path.centre();
+        let [centre, beside] = path.centre();
         let at_centre = self.place(motion, &centre)?;
-        let mut beside = centre;
-        beside.linear_mm[across] += 1.0;
         let normal = (self.place(motion, &beside)? - at_centre).try_normalize(f64::EPSILON)?;
         let turns = path.sweep_rad() / TAU;
         Some(InterpretedArc {

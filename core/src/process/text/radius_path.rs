@@ -361,7 +361,7 @@ impl UnderWay {
         }
         let modes = ArcModes::new(compensation.is_clockwise?, compensation.absolute_centres?);
         let arc = ArcPath::of(modes, batch, motion, [start, end]).ok()?;
-        let centre_mm = of_plane(arc.centre().0, self.plane);
+        let centre_mm = of_plane(arc.centre()[0], self.plane);
         if missed_mm(centre_mm, from_mm, to_mm) > MOST_MISSED_MM {
             return None;
         }

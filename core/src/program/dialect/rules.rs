@@ -6,6 +6,7 @@
 use super::line::Source;
 use super::{Dialect, ForeignDialect, LineRead};
 use crate::program::course::Statement;
+use crate::program::plane::PlaneStatement;
 use crate::program::writer::Writing;
 use crate::program::{Address, Batch, Block, OwnNames, ReadFault};
 
@@ -35,6 +36,9 @@ pub(in crate::program) enum Read {
 
 /// What a block does to the course of its program.
 pub(in crate::program) type ReadFlow = fn(&Batch, &Block) -> Statement;
+
+/// The tilted plane that a block defines, if it is one that is understood.
+pub(in crate::program) type ReadPlane = fn(&Batch, &Block) -> Option<PlaneStatement>;
 
 /// Reads the header of a table on this line: its columns and their separator.
 pub(in crate::program) type ReadHeader = fn(&[u8], u64) -> Result<(Vec<Address>, u8), ReadFault>;
@@ -131,6 +135,8 @@ pub struct DialectRules {
     pub(in crate::program) arithmetic: Arithmetic,
     /// How its loops, jumps and calls are spelled; `None` if they are not followed.
     pub(in crate::program) flow: Option<ReadFlow>,
+    /// How its tilted planes are spelled.
+    pub(in crate::program) plane: ReadPlane,
     /// At its end a called file returns to its caller. In other dialects a statement has to return.
     pub(in crate::program) file_end_returns: bool,
     /// How its loops and calls are written out.
@@ -142,6 +148,12 @@ pub struct DialectRules {
 }
 
 impl DialectRules {
+    /// How its tilted planes are read.
+    #[must_use]
+    pub fn plane(&self) -> fn(&Batch, &Block) -> Option<PlaneStatement> {
+        self.plane
+    }
+
     /// Whether loops, jumps and calls of programs in this dialect can be followed.
     #[must_use]
     pub const fn follows_flow(&self) -> bool {

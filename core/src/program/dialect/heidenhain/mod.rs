@@ -6,6 +6,7 @@ mod cycle;
 mod flow;
 mod line;
 mod path;
+mod plane;
 mod statement;
 mod write;
 mod writing_out;
@@ -30,6 +31,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Heidenhain,
     flow: Some(flow::read),
+    plane: plane::read,
     file_end_returns: false,
     writing_out: writing_out::RULES,
     file_endings: &[".h"],

@@ -3,6 +3,7 @@
 pub(in crate::program) mod constants;
 mod flow;
 mod line;
+mod plane;
 mod statement;
 mod writing_out;
 
@@ -27,6 +28,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Rs274,
     flow: Some(flow::read),
+    plane: plane::read,
     file_end_returns: false,
     writing_out: writing_out::RULES,
     file_endings: &[],

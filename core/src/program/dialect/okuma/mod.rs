@@ -25,6 +25,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::None,
     flow: None,
+    plane: |_, _| None,
     file_end_returns: false,
     writing_out: WritingOut::PLAIN,
     file_endings: &[],

@@ -8,6 +8,7 @@ mod detect;
 mod flow;
 mod line;
 mod names;
+mod plane;
 mod statement;
 mod writing_out;
 
@@ -31,6 +32,7 @@ pub(super) const RULES: DialectRules = DialectRules {
     states_feed_apart: false,
     arithmetic: Arithmetic::Siemens,
     flow: Some(flow::read),
+    plane: plane::read,
     file_end_returns: true,
     writing_out: writing_out::RULES,
     file_endings: &[".spf", ".mpf", "_spf", "_mpf"],
