@@ -66,6 +66,12 @@ impl Shared {
             return Ok(0);
         }
         let blobs = self.spool.blobs();
+        if blobs.are_copies() {
+            let digests = std::mem::take(&mut *self.given_up()).into_iter().collect();
+            // What stays, because it was kept within a day, goes later (`tidy_copies`).
+            let removed = self.store.remove_unnamed(Some(&digests)).await?;
+            return Ok(usize::try_from(removed).unwrap_or(usize::MAX));
+        }
         // Until this is dropped, no file is kept that a row will name later.
         let Some(_alone) = blobs.removing(within).await else { return Ok(0) };
         let named = self.store.named_blobs().await?;
