@@ -307,7 +307,10 @@ impl Blobs {
     }
 
     /// Reads the rows of a file; `false` if there are none.
-    #[cfg_attr(not(feature = "scale-out"), expect(unused_variables, reason = "there are no such rows"))]
+    #[cfg_attr(
+        not(feature = "scale-out"),
+        expect(unused_variables, clippy::unnecessary_wraps, reason = "there are no such rows")
+    )]
     fn read_rows(
         &self,
         sha256: &str,

@@ -99,7 +99,6 @@ impl Store {
     ///
     /// # Errors
     /// The same as [`Self::open_as_set`].
-    #[cfg_attr(not(feature = "scale-out"), expect(unused_variables, reason = "a file has a lock of its own"))]
     pub async fn open_for_command_as_set(settings: &Settings, name: &str) -> Result<Self, StoreError> {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {

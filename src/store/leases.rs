@@ -92,7 +92,7 @@ impl Store {
     #[cfg_attr(not(feature = "scale-out"), expect(unused_variables, reason = "no other service exists"))]
     pub async fn renew(&self, held: &[HeldLease]) -> Result<Renewed, StoreError> {
         match &self.instance {
-            None => Ok(Renewed::default()),
+            None => std::future::ready(Ok(Renewed::default())).await,
             #[cfg(feature = "scale-out")]
             Some(instance) => Box::pin(instance.renew(held)).await.doing("renewing leases"),
             #[cfg(not(feature = "scale-out"))]

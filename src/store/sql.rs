@@ -86,7 +86,7 @@ macro_rules! sql {
         match $on.on() {
             $crate::store::sql::On::Sqlite(_) => {
                 $(let _ = &$arg;)*
-                Ok::<_, sqlx::Error>(Default::default())
+                std::future::ready(Ok::<_, sqlx::Error>(Default::default())).await
             }
             $crate::store::sql::On::Postgres(on) => postgres!(on, $how $(($row))?, $pg $(, $arg)*),
         }

@@ -290,8 +290,8 @@ fn is_passing(fault: &JobFault) -> bool {
     match fault {
         JobFault::Compute(ComputeFault::Busy)
         | JobFault::PartSurface(PartSurfaceFault::NoRoom { .. })
-        | JobFault::Store(StoreError::Storage { .. } | StoreError::Busy(_)) => true,
-        JobFault::Blob(BlobFault::Rows(StoreError::Busy(_))) => true,
+        | JobFault::Store(StoreError::Storage { .. } | StoreError::Busy(_))
+        | JobFault::Blob(BlobFault::Rows(StoreError::Busy(_))) => true,
         JobFault::Blob(fault) => fault.storage().is_some(),
         JobFault::Compensator(CompensatorFault::Io(fault)) => StorageFault::of(fault).is_some(),
         _ => false,

@@ -79,7 +79,7 @@ impl Shared {
         if self.store.is_shared() {
             tokio::time::sleep(BETWEEN_LOOKS).await;
         } else {
-            pending().await
+            pending::<()>().await;
         }
     }
 
