@@ -255,7 +255,7 @@ mod tests {
         let path = folder.path().join("file");
         let most = usize::try_from(PARTS_AT_ONCE).unwrap() * PART_BYTES;
         for length in [0, 1, PART_BYTES - 1, PART_BYTES, PART_BYTES + 1, most, most + 1] {
-            let bytes: Vec<u8> = (0..length).map(|at| (at % 251) as u8).collect();
+            let bytes: Vec<u8> = (0..=250_u8).cycle().take(length).collect();
             std::fs::write(&path, &bytes).unwrap();
             let (file, mut read, mut first) = (File::open(&path).unwrap(), Vec::new(), 0);
             loop {

@@ -1,6 +1,6 @@
 """Three services on one database, with files in it. First each promise alone: one key at two services is one job, a
 revoked key is refused everywhere, jobs are followed and cancelled from another service, what a service leaves is taken
-up (after SIGTERM, kill -9 and SIGSTOP), and a database that is away for a while is no death. Then load, while one service after another is killed without warning: what was
+up (after SIGTERM, kill -9 and SIGSTOP). Then load, while one service after another is killed without warning: what was
 accepted is done, once, with the bytes that a service with a file makes.
 
 Usage: tests/postgres/with-server python3 tests/faults/cluster.py PATH_OF_TRUNNION; TRUNNION_CLUSTER_S (300) seconds of
@@ -33,8 +33,6 @@ SCOPES = ["read", "compute", "machines", "calibrations", "admin"]
 REVOKED_S, CANCELLED_S, LAST_EVENT_S, RELEASED_S, TAKEN_UP_S = 1.0, 6.0, 1.5, 2.0, 35.0
 # How long a service stands still: longer than a lease.
 STOPPED_S = 60
-# How long the database is away: longer than a lease, and than known keys are trusted.
-AWAY_S = 50
 KILL_EVERY_S = 1.0
 # Longest wait for the queue to empty at the end.
 EMPTY_S = 900
@@ -208,38 +206,6 @@ def a_service_that_stood_still_ends_nothing(cluster, text):
     assert holder.compensate(SHORT[0]).status == 200
 
 
-def postgres(*arguments):
-    """Runs pg_ctl, which refuses to run as root. The server inherits its outputs, so that nobody may wait for their end."""
-    place = pathlib.Path(os.environ["TRUNNION_TEST_POSTGRES"]) / "data"
-    call = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
-    pg_ctl = sorted(pathlib.Path("/usr/lib/postgresql").glob("*/bin/pg_ctl"))[-1]
-    call += [str(pg_ctl), *arguments, "-w", "-D", str(place), "-l", str(place / "server.log")]
-    assert subprocess.run(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/").returncode == 0
-
-
-def the_database_is_away(cluster, text):
-    id, holder, _ = cluster.long_job(text)
-    # It needs a key and no row.
-    presets = lambda service: service.ask("GET", "/v1/machine-presets", timeout=20).status  # noqa: E731
-    assert [presets(s) for s in cluster.services] == [200] * 3
-    postgres("stop", "-m", "immediate")
-    began = time.monotonic()
-    try:
-        for at_s, status in [(5, 200), (20, 200), (AWAY_S - 10, 503)]:
-            time.sleep(max(0, at_s - (time.monotonic() - began)))
-            found = [presets(s) for s in cluster.services]
-            assert found == [status] * 3, f"{at_s} s after the database: {found}"
-        time.sleep(max(0, AWAY_S - (time.monotonic() - began)))
-    finally:
-        postgres("start")
-    for service in cluster.services:
-        within(10, "a service after its database", lambda: ready(service))
-    ended = holder.ended(id)
-    # Nobody died, and the attempt of a lease that ended does not count.
-    assert (ended["state"], ended["attempts"]) == ("succeeded", 1), ended
-    assert psql("SELECT sum(deaths + lone_deaths) FROM jobs WHERE id = '%s'" % id) == "0"
-
-
 class Load:
     """Clients that post to any service until they are answered, and what was acknowledged."""
 
@@ -385,7 +351,6 @@ def main():
         a_stopping_service_releases(cluster, text)
         a_dead_service_is_taken_over(cluster, text)
         a_service_that_stood_still_ends_nothing(cluster, text)
-        the_database_is_away(cluster, text)
         load, kills = killed_under_load(cluster, chance)
         jobs, again = everything_is_done_once(cluster, load, expected)
         every_row_has_its_file_and_every_file_a_row(cluster)
