@@ -64,6 +64,9 @@ settings! {
     database: Option<DatabaseAddress> = None, "TRUNNION_DATABASE", [hide_env_values = true];
     /// File with the password of the database; it overrides a password in the address
     database_password_file: Option<PathBuf> = None, "TRUNNION_DATABASE_PASSWORD_FILE";
+    /// Where programs and results are kept: `directory` is the data directory, `postgres` the database. Several services
+    /// can share a database only with `postgres`; the data directory then has copies
+    files: FilesIn = FilesIn::Directory, "TRUNNION_FILES";
     /// Serve on an address that other computers can reach even though no API key exists
     insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
     /// File (PEM) with the certificate and its chain; together with `tls_key` it switches TLS on
@@ -182,6 +185,27 @@ fn is_log_directive(directive: &str) -> bool {
     }
 }
 
+/// Where programs and results are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum FilesIn {
+    /// In the data directory.
+    Directory,
+    /// In rows of the database.
+    Postgres,
+}
+
+impl FilesIn {
+    /// The word of the setting.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Directory => "directory",
+            Self::Postgres => "postgres",
+        }
+    }
+}
+
 /// Form of the log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
@@ -235,6 +259,12 @@ pub enum ConfigFault {
         /// Name of the setting that is missing.
         missing: &'static str,
     },
+    /// Files in a database that is no server.
+    #[error(
+        "files = postgres keeps files in a database on a server, but database is not set: set database, or leave files \
+         out"
+    )]
+    FilesWithoutDatabase,
     /// The address of the database is none.
     #[error("database cannot be used: {why}")]
     Database {
@@ -341,6 +371,9 @@ impl Settings {
         }
         if let Some(why) = self.database.as_ref().and_then(DatabaseAddress::fault) {
             return Err(ConfigFault::Database { why });
+        }
+        if self.files == FilesIn::Postgres && self.database.is_none() {
+            return Err(ConfigFault::FilesWithoutDatabase);
         }
         // A lenient reader takes a meaningless directive for a target that does not exist, and the log stays
         // empty.

@@ -20,7 +20,7 @@ pub(super) async fn open(settings: &Settings) -> Result<(Store, Option<Directory
         Ok(lock) => {
             keep_private(directory);
             let instance = Sources::real().ids.next().to_string();
-            let store = match Store::open_as_set(settings, 1, &instance).await {
+            let store = match Store::open_for_command_as_set(settings, &instance).await {
                 // The service that has the database has another directory.
                 Err(StoreError::InUse { .. }) => Store::open_beside_as_set(settings).await,
                 store => store,

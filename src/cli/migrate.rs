@@ -17,7 +17,7 @@ pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
     if settings.database.is_some() {
         let instance = Sources::real().ids.next().to_string();
         block_on(async {
-            Store::open_as_set(settings, 1, &instance).await?.close().await;
+            Store::open_for_command_as_set(settings, &instance).await?.close().await;
             Ok(())
         })?;
         return say("the database has the newest schema of this version");

@@ -69,7 +69,7 @@ pub enum StartFault {
     /// Another service has taken over the database.
     #[error(
         "another service has taken over the database while this one had no connection to it, so this one has stopped; \
-         nothing that it acknowledged is lost. In this version one service has a database: start only one"
+         nothing that it acknowledged is lost. Start only one, or set files = postgres in all of them"
     )]
     TakenOver,
     /// The clock of the computer is at a time before 1970.

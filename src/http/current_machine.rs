@@ -9,7 +9,10 @@ use crate::jobs::{MachineUsed, ToolShelf};
 /// The machine with this id, at its current revision.
 pub(super) async fn current_machine(app: &AppState, machine_id: &str) -> Result<Arc<MachineUsed>, Problem> {
     let writes = app.store.writes();
-    if let Some(held) = app.machines.get(machine_id, writes) {
+    // Another service may have changed it a moment ago.
+    if !app.store.is_shared()
+        && let Some(held) = app.machines.get(machine_id, writes)
+    {
         return Ok(held);
     }
     // Boxed because it is rare: otherwise its memory would be part of every request's.

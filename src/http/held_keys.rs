@@ -13,6 +13,10 @@ use crate::store::{KEY_MARK_TRUSTED, KeyMark, Store, StoreError};
 /// seen at once. This time is for changes that come in any other way, such as a restored database.
 const TRUSTED: Duration = Duration::from_secs(1);
 
+/// How long keys stay in use that cannot be read again, if other services may have changed them. With a database that
+/// one service has, only this service changes them, and they stay in use.
+const TRUSTED_WHILE_AWAY: Duration = Duration::from_secs(30);
+
 /// How often the use of one key is recorded.
 const NOTED: Duration = Duration::from_mins(5);
 
@@ -32,7 +36,12 @@ pub(super) struct HeldKeys {
 struct Loaded {
     ring: Arc<KeyRing>,
     mark: Option<KeyMark>,
+    /// Number of changes that other services had told.
+    changes: u64,
+    /// When they were last looked for.
     at: Instant,
+    /// When the database last gave them.
+    read: Instant,
     /// How long after `at` the last check of the mark began \[ns\].
     looked_ns: AtomicU64,
 }
@@ -69,7 +78,7 @@ impl HeldKeys {
     /// # Errors
     /// The keys have changed, or were never read, and cannot be read.
     pub(super) async fn current(&self, store: &Store) -> Result<Arc<KeyRing>, StoreError> {
-        if let Some((ring, age)) = self.unchanged()
+        if let Some((ring, age, _)) = self.unchanged(store)
             && age < TRUSTED
         {
             return Ok(ring);
@@ -82,37 +91,41 @@ impl HeldKeys {
     async fn read(&self, store: &Store) -> Result<Arc<KeyRing>, StoreError> {
         // Only one request reads; the requests that come meanwhile use its result.
         let _reading = self.loading.lock().await;
-        let known = self.unchanged();
-        if let Some((ring, age)) = &known
+        let known = self.unchanged(store);
+        if let Some((ring, age, _)) = &known
             && *age < TRUSTED
         {
             return Ok(Arc::clone(ring));
         }
         // Checked before the database is read, so that the next check sees a change in between.
         let at = Instant::now();
-        let mark = KeyMark::at(&self.mark);
-        let ring = match (store.every_api_key().await, known) {
-            (Ok(rows), _) => Arc::new(KeyRing::of(rows)),
-            (Err(fault), Some((known, _age))) => {
+        let (mark, changes) = (KeyMark::at(&self.mark), store.key_changes());
+        let (ring, read) = match (store.every_api_key().await, known) {
+            (Ok(rows), _) => (Arc::new(KeyRing::of(rows)), at),
+            (Err(fault), Some((known, _age, read)))
+                if !store.is_shared() || read.elapsed() < TRUSTED_WHILE_AWAY =>
+            {
                 tracing::warn!(error = %fault, "the API keys cannot be read again; the known keys stay in use");
-                known
+                (known, read)
             }
-            (Err(fault), None) => return Err(fault),
+            (Err(fault), _) => return Err(fault),
         };
         if !ring.is_empty() {
             self.closed.store(true, Ordering::Relaxed);
         }
-        let loaded = Loaded { ring: Arc::clone(&ring), mark, at, looked_ns: AtomicU64::new(0) };
+        let looked_ns = AtomicU64::new(0);
+        let loaded = Loaded { ring: Arc::clone(&ring), mark, changes, at, read, looked_ns };
         *self.loaded.write().unwrap_or_else(PoisonError::into_inner) = Some(loaded);
         Ok(ring)
     }
 
-    /// The keys that were read, and their age, if no change was reported since.
-    fn unchanged(&self) -> Option<(Arc<KeyRing>, Duration)> {
+    /// The keys that were read, their age, and when the database last gave them, if no change was reported since.
+    fn unchanged(&self, store: &Store) -> Option<(Arc<KeyRing>, Duration, Instant)> {
         let loaded = self.loaded.read().unwrap_or_else(PoisonError::into_inner);
         let loaded = loaded.as_ref()?;
         let age = loaded.at.elapsed();
-        loaded.is_unchanged(age, &self.mark).then(|| (Arc::clone(&loaded.ring), age))
+        let unchanged = loaded.changes == store.key_changes() && loaded.is_unchanged(age, &self.mark);
+        unchanged.then(|| (Arc::clone(&loaded.ring), age, loaded.read))
     }
 
     /// Whether this process has ever seen a key: it never opens again, whatever happens to the database.
@@ -153,7 +166,8 @@ mod tests {
         let folder = tempfile::TempDir::new().unwrap();
         let place = KeyMark::place(folder.path());
         let ring = Arc::new(KeyRing::of(Vec::new()));
-        let loaded = Loaded { ring, mark: None, at: Instant::now(), looked_ns: AtomicU64::new(0) };
+        let (at, looked_ns) = (Instant::now(), AtomicU64::new(0));
+        let loaded = Loaded { ring, mark: None, changes: 0, at, read: at, looked_ns };
         assert!(loaded.is_unchanged(KEY_MARK_TRUSTED * 2, &place));
         // The last check was as late as possible before the change.
         loaded.looked_ns.store(u64::try_from(loaded.at.elapsed().as_nanos()).unwrap(), Ordering::Relaxed);

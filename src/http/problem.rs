@@ -249,6 +249,7 @@ impl From<BlobFault> for Problem {
     fn from(fault: BlobFault) -> Self {
         let fault = match fault {
             BlobFault::Damaged(damaged) => return damaged.into(),
+            BlobFault::Rows(fault) => return fault.into(),
             other => other,
         };
         match fault.storage() {

@@ -17,11 +17,14 @@ pub async fn open_data_directory(
     // The database comes first: if it is lost, the files beside it are not touched.
     let instance = sources.ids.next().to_string();
     let store = Store::open_as_set(settings, settings.store_readers, &instance).await?;
-    let blobs = Blobs::open(&settings.data_dir)?;
+    let blobs = store.keeping(Blobs::open(&settings.data_dir)?);
     let store = store.noting_damage_in(blobs.soundness());
-    let removed = blobs.sweep(&store.named_blobs().await?)?;
-    if removed > 0 {
-        tracing::info!(removed_files = removed, "removed files that no job names");
+    // Files of several services are removed while these run.
+    if !blobs.are_copies() {
+        let removed = blobs.sweep(&store.named_blobs().await?)?;
+        if removed > 0 {
+            tracing::info!(removed_files = removed, "removed files that no job names");
+        }
     }
     if store.has_no_machine_yet().await?
         && let Some((machine_id, profile)) = example_machine()
@@ -35,7 +38,7 @@ pub async fn open_data_directory(
             calibration_id: None,
             created_at: sources.timestamp(),
         };
-        // No other process has the directory, so no other machine can have come first.
+        // Of several services, one is the first; the others find the machine.
         let _stored =
             store.put_machine(new, None, None, &Actor::without_request(AuditOrigin::Service)).await?;
     }

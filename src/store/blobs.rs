@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -15,9 +15,12 @@ use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
 use super::draft::Draft;
 use super::marks::{Died, Marks};
+use super::sql::FileRows;
 use super::stored_file::{is_folder, is_no_plain_file, open_below, verify};
 use super::writable::Writable;
-use super::{Damage, DamagedFile, FileState, Pace, Soundness, StorageFault, StoredThing};
+use super::{
+    Damage, DamagedFile, FileState, Pace, Soundness, StorageFault, StoreError, StoredThing, Verifying,
+};
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
@@ -41,6 +44,9 @@ pub enum BlobFault {
     /// A kept file is damaged.
     #[error(transparent)]
     Damaged(#[from] DamagedFile),
+    /// Files are rows of the database, and it failed.
+    #[error(transparent)]
+    Rows(StoreError),
 }
 
 impl BlobFault {
@@ -53,12 +59,14 @@ impl BlobFault {
     pub fn storage(&self) -> Option<StorageFault> {
         match self {
             Self::File { source, .. } => StorageFault::of(source),
-            Self::NoFolder(_) | Self::Damaged(_) => None,
+            Self::Rows(StoreError::Storage { fault, .. }) => Some(*fault),
+            Self::NoFolder(_) | Self::Damaged(_) | Self::Rows(_) => None,
         }
     }
 }
 
-/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for incomplete files.
+/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for incomplete files. If the files are rows of the
+/// database, the directory has copies, which are made when they are needed.
 #[derive(Debug, Clone)]
 pub struct Blobs {
     kept: PathBuf,
@@ -70,6 +78,7 @@ pub struct Blobs {
     soundness: Arc<Soundness>,
     /// Folders below `kept` whose names are known to be on the disk.
     settled: Arc<Mutex<HashSet<PathBuf>>>,
+    rows: Option<FileRows>,
 }
 
 /// A kept file that is open and was verified.
@@ -110,7 +119,20 @@ impl Blobs {
             writable: Arc::default(),
             soundness: Arc::default(),
             settled: Arc::default(),
+            rows: None,
         })
+    }
+
+    /// The same, kept in rows of the database if there are such.
+    #[must_use]
+    pub(super) fn kept_in(self, rows: Option<FileRows>) -> Self {
+        Self { rows, ..self }
+    }
+
+    /// Whether the directory only has copies of what rows of the database keep.
+    #[must_use]
+    pub fn are_copies(&self) -> bool {
+        self.rows.is_some()
     }
 
     /// Removes files that no row names: an earlier process kept them and ended before it wrote the row. Only for the
@@ -119,6 +141,27 @@ impl Blobs {
     /// # Errors
     /// A directory cannot be read or a file not removed.
     pub fn sweep(&self, named: &HashSet<Sha256Hex>) -> Result<usize, BlobFault> {
+        self.remove_if(|path| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            !named.contains(name)
+        })
+    }
+
+    /// Removes copies that were made so long ago, and counts them. Who reads one goes on reading it. Blocks.
+    ///
+    /// # Errors
+    /// A directory cannot be read or a file not removed.
+    pub fn remove_copies(&self, age: Duration) -> Result<usize, BlobFault> {
+        if !self.are_copies() {
+            return Ok(0);
+        }
+        self.remove_if(|path| {
+            let made = path.symlink_metadata().and_then(|found| found.modified());
+            made.is_ok_and(|made| made.elapsed().is_ok_and(|elapsed| elapsed > age))
+        })
+    }
+
+    fn remove_if(&self, goes: impl Fn(&Path) -> bool) -> Result<usize, BlobFault> {
         let mut removed = 0;
         let entries = |path: &Path| -> Result<Vec<PathBuf>, BlobFault> {
             let listed = fs::read_dir(path).map_err(BlobFault::at("reading", path))?;
@@ -132,8 +175,7 @@ impl Blobs {
                 return Err(BlobFault::NoFolder(folder));
             }
             for path in entries(&folder)? {
-                let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-                if !named.contains(name) {
+                if goes(&path) {
                     fs::remove_file(&path).map_err(BlobFault::at("removing", &path))?;
                     removed += 1;
                 }
@@ -177,11 +219,22 @@ impl Blobs {
     }
 
     /// Moves a draft to the name of its digest: data to disk, folder to disk, rename, name to disk. If the same bytes
-    /// are already there, nothing changes.
+    /// are already there, nothing changes. If the files are rows of the database, the rows come first. Blocks.
     ///
     /// # Errors
-    /// The file cannot be synchronised or renamed.
+    /// The file cannot be synchronised or renamed, or the database failed.
     pub fn keep(&self, draft: Draft) -> Result<Sha256Hex, BlobFault> {
+        match &self.rows {
+            None => {}
+            #[cfg(feature = "scale-out")]
+            Some(rows) => rows.keep(&draft.sha256(), draft.file.as_file(), draft.length())?,
+            #[cfg(not(feature = "scale-out"))]
+            Some(never) => match *never {},
+        }
+        self.keep_here(draft)
+    }
+
+    fn keep_here(&self, draft: Draft) -> Result<Sha256Hex, BlobFault> {
         let sha256 = draft.sha256();
         let path = self.path(&sha256);
         let folder = path.parent().unwrap_or(&self.kept).to_owned();
@@ -225,6 +278,54 @@ impl Blobs {
     }
 
     fn opened(&self, sha256: &str) -> Result<File, BlobFault> {
+        match self.opened_here(sha256) {
+            Err(BlobFault::Damaged(damaged)) if self.are_copies() => {
+                self.copy(damaged)?;
+                self.opened_here(sha256)
+            }
+            opened => opened,
+        }
+    }
+
+    /// Makes a copy in the place of one that is missing or damaged.
+    fn copy(&self, damaged: DamagedFile) -> Result<(), BlobFault> {
+        let sha256 = damaged.sha256.as_str();
+        self.remove(sha256)?;
+        let mut draft = self.draft()?;
+        let path = draft.path().to_owned();
+        let is_there = self.read_rows(sha256, |bytes| {
+            draft.write_all(bytes).map_err(BlobFault::at("copying a file to", &path))
+        })?;
+        if !is_there {
+            return Err(DamagedFile { damage: Damage::Missing, ..damaged }.into());
+        }
+        if draft.sha256() != sha256 {
+            let damage = Damage::Other { length: draft.length(), sha256: draft.sha256() };
+            return Err(DamagedFile { damage, ..damaged }.into());
+        }
+        self.keep_here(draft).map(drop)
+    }
+
+    /// Reads the rows of a file; `false` if there are none.
+    #[cfg_attr(
+        not(feature = "scale-out"),
+        expect(unused_variables, clippy::unnecessary_wraps, reason = "there are no such rows")
+    )]
+    fn read_rows(
+        &self,
+        sha256: &str,
+        each: impl FnMut(&[u8]) -> Result<(), BlobFault>,
+    ) -> Result<bool, BlobFault> {
+        match &self.rows {
+            None => Ok(false),
+            #[cfg(feature = "scale-out")]
+            Some(rows) => rows.read(sha256, each),
+            #[cfg(not(feature = "scale-out"))]
+            Some(never) => match *never {},
+        }
+    }
+
+    fn opened_here(&self, sha256: &str) -> Result<File, BlobFault> {
         open_below(&self.kept, &[folder_of(sha256)], sha256).map_err(|fault| {
             let damage = match fault.kind() {
                 io::ErrorKind::NotFound => Damage::Missing,
@@ -240,7 +341,14 @@ impl Blobs {
     /// # Errors
     /// It is missing, not a regular file, has other bytes, or cannot be read.
     pub fn read_sound(&self, sha256: &str) -> Result<SoundFile, BlobFault> {
-        let found = self.verified(sha256, |_| Ok(())).map_err(|fault| self.note(fault))?;
+        let found = match self.verified(sha256, |_| Ok(())) {
+            // Only a copy: the rows decide.
+            Err(BlobFault::Damaged(damaged)) if self.are_copies() => {
+                self.copy(damaged).and_then(|()| self.verified(sha256, |_| Ok(())))
+            }
+            found => found,
+        };
+        let found = found.map_err(|fault| self.note(fault))?;
         self.soundness.sound(sha256);
         Ok(found)
     }
@@ -255,7 +363,19 @@ impl Blobs {
             pace.spend_blocking(bytes);
             if pace.is_over() { Err(io::Error::other("stopped")) } else { Ok(()) }
         };
-        self.verified(sha256, each).map(drop)
+        if !self.are_copies() {
+            return self.verified(sha256, each).map(drop);
+        }
+        let mut verifying = Verifying::new(sha256);
+        let is_there = self.read_rows(sha256, |bytes| {
+            verifying.take(bytes);
+            each(bytes.len() as u64).map_err(BlobFault::at("reading the rows of", Path::new(sha256)))
+        })?;
+        if !is_there {
+            let (what, damage) = (StoredThing::File, Damage::Missing);
+            return Err(DamagedFile { what, sha256: sha256.to_owned(), damage }.into());
+        }
+        Ok(verifying.finish()?)
     }
 
     fn verified(
@@ -277,10 +397,15 @@ impl Blobs {
         fault
     }
 
-    /// Counts and logs the damage, and returns it.
+    /// Counts and logs the damage, and returns it. A damaged copy goes, so that the next reader makes a new one.
     #[must_use]
     pub fn noted(&self, damaged: DamagedFile) -> DamagedFile {
         self.soundness.damaged(&damaged);
+        if self.are_copies()
+            && let Err(fault) = self.remove(&damaged.sha256)
+        {
+            tracing::warn!(error = %fault, "a damaged copy cannot be removed");
+        }
         damaged
     }
 

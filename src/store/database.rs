@@ -14,8 +14,10 @@ use sqlx::sqlite::SqlitePool;
 use super::audit_chain::chain_old_entries;
 use super::error::Doing;
 #[cfg(feature = "scale-out")]
-use super::postgres_opening;
-use super::sql::{Db, On, PgWriter, Tx};
+use super::postgres::Order;
+#[cfg(feature = "scale-out")]
+use super::postgres_opening::{self, Purpose};
+use super::sql::{Db, FileRows, Instance, On, PgWriter, Tx};
 use super::sqlite::{self, is_empty, no_files_beside};
 use super::{DATABASE_NAME, Soundness, StoreError, StoredThing, verify_text};
 #[cfg(feature = "scale-out")]
@@ -28,6 +30,11 @@ use crate::meter;
 pub struct Store {
     pub(super) db: Db,
     writer: On<SqlitePool, PgWriter>,
+    /// The name under which jobs are taken; only on a server.
+    pub(super) name: Option<Arc<str>>,
+    /// Set if other services may use the database too.
+    pub(super) instance: Option<Instance>,
+    files: Option<FileRows>,
     writes: Arc<AtomicU64>,
     soundness: Arc<Soundness>,
 }
@@ -77,15 +84,29 @@ impl Store {
     pub async fn open_as_set(settings: &Settings, readers: u32, instance: &str) -> Result<Self, StoreError> {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {
-            let server = server(settings, address)?;
-            let opened = Box::pin(server.open(&settings.data_dir, readers, instance.to_owned())).await?;
-            return Ok(Self::of_server(opened));
+            let (server, purpose) = (server(settings, address)?, Purpose::Service(settings.files));
+            let opened = server.open(&settings.data_dir, readers, instance.to_owned(), purpose);
+            return Ok(Self::of_server(Box::pin(opened).await?));
         }
         #[cfg(not(feature = "scale-out"))]
         if settings.database.is_some() {
             return Err(StoreError::NoServers);
         }
         Self::open(&settings.data_dir.join(DATABASE_NAME), readers).await
+    }
+
+    /// The same for a command that has the data directory alone. It finds the database in use if a service has it.
+    ///
+    /// # Errors
+    /// The same as [`Self::open_as_set`].
+    pub async fn open_for_command_as_set(settings: &Settings, name: &str) -> Result<Self, StoreError> {
+        #[cfg(feature = "scale-out")]
+        if let Some(address) = &settings.database {
+            let server = server(settings, address)?;
+            let opened = server.open(&settings.data_dir, 1, name.to_owned(), Purpose::Command);
+            return Ok(Self::of_server(Box::pin(opened).await?));
+        }
+        Self::open_as_set(settings, 1, name).await
     }
 
     /// Opens the database that the settings name beside a running service: nothing is created or migrated.
@@ -118,7 +139,10 @@ impl Store {
 
     #[cfg(feature = "scale-out")]
     fn of_server(opened: postgres_opening::Opened) -> Self {
-        Self::over(Db(On::Postgres(opened.readers)), On::Postgres(opened.writer))
+        let postgres_opening::Opened { readers, writer, name, shared } = opened;
+        let (instance, files) = shared.unzip();
+        let store = Self::over(Db(On::Postgres(readers)), On::Postgres(writer));
+        Self { name: name.map(Arc::from), instance, files, ..store }
     }
 
     fn of_file(opened: sqlite::Opened) -> Self {
@@ -127,7 +151,13 @@ impl Store {
     }
 
     fn over(db: Db, writer: On<SqlitePool, PgWriter>) -> Self {
-        Self { db, writer, writes: Arc::default(), soundness: Arc::default() }
+        let (name, instance, files) = (None, None, None);
+        Self { db, writer, name, instance, files, writes: Arc::default(), soundness: Arc::default() }
+    }
+
+    /// Where files are kept, if they are rows of the database.
+    pub(super) fn files(&self) -> Option<&FileRows> {
+        self.files.as_ref()
     }
 
     /// The same store, which records the damage that it finds there.
@@ -175,10 +205,25 @@ impl Store {
             On::Sqlite(writer) => sqlite::write(writer, doing, work).await,
             #[cfg(feature = "scale-out")]
             // Boxed, so that the futures of all requests keep their size.
-            On::Postgres(writer) => Box::pin(writer.write(doing, work)).await,
+            On::Postgres(writer) => Box::pin(writer.write(doing, Order::InTurn, work)).await,
             #[cfg(not(feature = "scale-out"))]
             On::Postgres(never) => match *never {},
         }
+    }
+
+    /// The same for work that changes only rows that it locks: it need not wait for the transactions of other services.
+    pub(super) async fn write_apart<T, F>(&self, doing: &'static str, work: F) -> Result<T, StoreError>
+    where
+        T: Send,
+        F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, sqlx::Error>> + Send,
+    {
+        #[cfg(feature = "scale-out")]
+        if let On::Postgres(writer) = &self.writer {
+            let _timed = meter::STORE_WRITES.begin();
+            let _counted = Counted(&self.writes);
+            return Box::pin(writer.write(doing, Order::Apart, work)).await;
+        }
+        self.write(doing, work).await
     }
 
     /// Whether the database answers.
@@ -192,6 +237,11 @@ impl Store {
 
     /// Closes every connection; the write-ahead log is merged by the last.
     pub async fn close(&self) {
+        #[cfg(feature = "scale-out")]
+        if let (Some(instance), Some(files)) = (&self.instance, &self.files) {
+            instance.leave().await;
+            files.close().await;
+        }
         match &self.db.0 {
             On::Sqlite(readers) => readers.close().await,
             #[cfg(feature = "scale-out")]

@@ -123,6 +123,41 @@ impl Store {
         .doing("looking for webhooks to deliver")
     }
 
+    /// Takes a due webhook until this time: whoever looks for due ones finds it then again, unless its attempt was
+    /// recorded before. `false` if another service has taken it. With a database that one service has, nobody else can.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn take_delivery(
+        &self,
+        job_id: &str,
+        now: &str,
+        farthest: &str,
+        until: &str,
+    ) -> Result<bool, StoreError> {
+        if !self.is_shared() {
+            return Ok(true);
+        }
+        let [job_id, now, farthest, until] = [job_id, now, farthest, until].map(str::to_owned);
+        let taken: u64 = self
+            .write_apart("taking a webhook", |tx| {
+                Box::pin(async move {
+                    sql!(
+                        tx,
+                        execute,
+                        postgres "UPDATE deliveries SET due_at = $1
+                                  WHERE job_id = $2 AND state = 'waiting' AND (due_at <= $3 OR due_at > $4)",
+                        until,
+                        job_id,
+                        now,
+                        farthest
+                    )
+                })
+            })
+            .await?;
+        Ok(taken == 1)
+    }
+
     /// Time of the next webhook.
     ///
     /// # Errors
@@ -240,7 +275,7 @@ impl Store {
                     tx,
                     execute,
                     "UPDATE deliveries SET state = $1, due_at = $2, attempts = attempts + 1
-                     WHERE job_id = $3 AND round = $4",
+                     WHERE job_id = $3 AND round = $4 AND state = 'waiting'",
                     state,
                     due_at,
                     job_id,

@@ -124,7 +124,8 @@ pub enum StoreError {
     /// Another service has the database.
     #[error(
         "{database} is in use by trunnion {version} on {host} (process {process}) since {since}. Stop that service \
-         first, or give this one a database of its own: in this version one service has a database"
+         first, or give this one a database of its own. Several services can share a database if each of them has the \
+         setting files = postgres (docs/scale-out.md)"
     )]
     InUse {
         /// The address without a password.
@@ -137,6 +138,17 @@ pub enum StoreError {
         version: String,
         /// Since when, by the clock of the server.
         since: String,
+    },
+    /// The files of the database are not where the settings say.
+    #[error(
+        "the database has its files in {found:?}, but the setting files is {asked:?}: set files = {found}. Files cannot \
+         be moved in this version"
+    )]
+    FilesElsewhere {
+        /// The place that the first service has chosen.
+        found: String,
+        /// The setting.
+        asked: &'static str,
     },
     /// The files in the data directory belong to another database.
     #[error(

@@ -18,10 +18,15 @@ mod digest_beside;
 mod draft;
 mod error;
 mod examination;
+#[cfg(feature = "scale-out")]
+mod file_rows;
 mod filesystem;
+#[cfg(feature = "scale-out")]
+mod instance;
 mod jobs;
 mod key_mark;
 mod keys;
+mod leases;
 mod lock;
 mod machines;
 mod marks;
@@ -51,6 +56,7 @@ mod storage_fault;
 mod stored_file;
 mod tool_changes;
 mod tools;
+mod unnamed;
 mod wear_entries;
 mod webhook_secrets;
 mod writable;
@@ -74,6 +80,7 @@ pub use filesystem::{DiskSpace, NetworkMount, disk_space, make_directory, mount_
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
 pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
 pub use keys::{KeyUse, Remembered};
+pub use leases::{HeldLease, Renewed, Signal};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{NewRevision, PutOutcome, Revision};
 pub use marks::{Died, Mark, Marks};

@@ -47,7 +47,7 @@ pub(super) fn with_limits(options: PgConnectOptions) -> PgConnectOptions {
 }
 
 /// A pool of `count` connections.
-async fn pool(options: PgConnectOptions, count: u32) -> Result<PgPool, StoreError> {
+pub(super) async fn pool(options: PgConnectOptions, count: u32) -> Result<PgPool, StoreError> {
     PgPoolOptions::new()
         .min_connections(1)
         .max_connections(count)
@@ -184,13 +184,32 @@ impl<'p> Executor<'p> for &'_ PgReaders {
 pub(super) struct PgWriter {
     pool: PgPool,
     presence: Presence,
-    /// The service that this process is; `None` for a command that runs beside one.
-    instance: Option<String>,
+    holder: Holder,
+}
+
+/// Who writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Holder {
+    /// A command beside a service.
+    Beside,
+    /// The one service that has the database, by its name.
+    Alone(String),
+    /// One of several services.
+    Several,
+}
+
+/// Whether a transaction has to come before or after every other one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    /// It reads something and then writes what depends on it, as the audit log does.
+    InTurn,
+    /// It changes rows that it has locked, and nothing else depends on it.
+    Apart,
 }
 
 impl fmt::Debug for PgWriter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("PgWriter").field("instance", &self.instance).finish_non_exhaustive()
+        f.debug_struct("PgWriter").field("holder", &self.holder).finish_non_exhaustive()
     }
 }
 
@@ -207,50 +226,64 @@ impl PgWriter {
     pub(super) async fn connect(
         options: PgConnectOptions,
         presence: Presence,
-        instance: Option<String>,
+        holder: Holder,
     ) -> Result<Self, StoreError> {
-        Ok(Self { pool: pool(options, 1).await?, presence, instance })
+        Ok(Self { pool: pool(options, 1).await?, presence, holder })
     }
 
-    /// Runs `work` in one transaction, after those of every other process.
+    /// Runs `work` in one transaction, in turn with those of every other process unless it is `Apart`.
     ///
     /// # Errors
     /// The database failed, or another service has it; nothing is stored. If the server goes away while the transaction
     /// ends, nobody knows whether it is stored.
-    pub(super) async fn write<T, F>(&self, doing: &'static str, work: F) -> Result<T, StoreError>
+    pub(super) async fn write<T, F>(
+        &self,
+        doing: &'static str,
+        order: Order,
+        work: F,
+    ) -> Result<T, StoreError>
     where
         T: Send,
         F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, Error>> + Send,
     {
-        self.presence.within(WRITE_WITHIN, self.transact(work)).await.doing(doing)
+        self.presence.within(WRITE_WITHIN, self.transact(order, work)).await.doing(doing)
     }
 
-    async fn transact<T, F>(&self, work: F) -> Result<T, Error>
+    async fn transact<T, F>(&self, order: Order, work: F) -> Result<T, Error>
     where
         T: Send,
         F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, Error>> + Send,
     {
         let mut connection = self.pool.acquire().await?;
-        let done = self.transact_on(&mut connection, work).await;
+        let done = self.transact_on(&mut connection, order, work).await;
         if done.as_ref().is_err_and(ends_the_connection) {
             connection.close_on_drop();
         }
         done
     }
 
-    async fn transact_on<T, F>(&self, connection: &mut PgConnection, work: F) -> Result<T, Error>
+    async fn transact_on<T, F>(
+        &self,
+        connection: &mut PgConnection,
+        order: Order,
+        work: F,
+    ) -> Result<T, Error>
     where
         T: Send,
         F: for<'a, 'c> FnOnce(&'a mut Tx<'c>) -> BoxFuture<'a, Result<T, Error>> + Send,
     {
         // In one journey to the server. The key is that of the schema, as in `presence`.
-        let begin = "BEGIN; SELECT pg_advisory_xact_lock(1953656942, hashtext(current_schema()))";
+        let begin = match (order, &self.holder) {
+            (Order::Apart, Holder::Several) => "BEGIN",
+            // A service that has the database alone compares the holder, and that only in turn with the next one.
+            _ => "BEGIN; SELECT pg_advisory_xact_lock(1953656942, hashtext(current_schema()))",
+        };
         let mut transaction = connection.begin_with(begin).await?;
-        if let Some(own) = &self.instance {
+        if let Holder::Alone(own) = &self.holder {
             // A statement of its own: it has to see what the holder before has committed.
             let present: String =
                 sqlx::query_scalar("SELECT instance FROM service").fetch_one(&mut *transaction).await?;
-            if present != *own {
+            if &present != own {
                 self.presence.note_taken_over();
                 return Err(io::Error::other(TakenOver).into());
             }

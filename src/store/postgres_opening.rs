@@ -1,4 +1,5 @@
-//! Opens a database on a server of PostgreSQL: for the one service that has it, or for a command beside that service.
+//! Opens a database on a server of PostgreSQL: for the one service that has it, for one of several services, or for a
+//! command beside them.
 
 use std::future::Future;
 use std::path::Path;
@@ -9,11 +10,13 @@ use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{Connection, Error, Executor};
 
 use super::error::Doing;
-use super::postgres::{PgReaders, PgWriter, with_limits};
-use super::presence::{Presence, TRY_LOCK};
+use super::file_rows::FileRows;
+use super::instance::Instance;
+use super::postgres::{Holder, PgReaders, PgWriter, with_limits};
+use super::presence::{Presence, TRY_LOCK, TRY_SHARED_LOCK};
 use super::sqlite::{is_empty, no_files_beside};
 use super::{DATABASE_NAME, StoreError};
-use crate::config::DatabaseAddress;
+use crate::config::{DatabaseAddress, FilesIn};
 
 /// The oldest server that the statements were tried on.
 const OLDEST_SERVER: i32 = 15;
@@ -22,6 +25,8 @@ const REACHED_WITHIN: Duration = Duration::from_secs(10);
 /// How long the lock of a service that has just ended is waited for, and how often it is tried.
 const LOCKED_WITHIN: Duration = Duration::from_secs(5);
 const LOCK_AGAIN: Duration = Duration::from_millis(250);
+/// How long the migration of another service is waited for.
+const MIGRATED_WITHIN: Duration = Duration::from_mins(10);
 /// The file that names the database of a data directory.
 const DATABASE_ID: &str = "database.id";
 
@@ -37,6 +42,25 @@ pub(super) struct Server<'a> {
 pub(super) struct Opened {
     pub(super) readers: PgReaders,
     pub(super) writer: PgWriter,
+    /// The name under which jobs are taken.
+    pub(super) name: Option<String>,
+    /// Set for one of several services.
+    pub(super) shared: Option<(Instance, FileRows)>,
+}
+
+/// What a database is opened for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// A service whose files are there.
+    Service(FilesIn),
+    /// A command that finds no service.
+    Command,
+}
+
+impl Purpose {
+    fn is_shared(self) -> bool {
+        self == Self::Service(FilesIn::Postgres)
+    }
 }
 
 /// The present schema, if a migration has run.
@@ -92,33 +116,54 @@ impl Server<'_> {
         Ok(session)
     }
 
-    /// Opens the database for the service of a data directory: no other service has it from now on, and it is updated
-    /// to the newest form. `instance` is a text that was never used before.
+    /// Opens the database for the service of a data directory, and updates it to the newest form. No other service has
+    /// it from now on, unless all keep their files in it. `instance` is a text that was never used before.
     ///
     /// # Errors
-    /// The server cannot be used, another service has the database, a newer version has migrated it, or the directory
-    /// belongs to another database.
+    /// The server cannot be used, another service has the database, a newer version has migrated it, the directory
+    /// belongs to another database, or the files of the database are in another place.
     pub(super) async fn open(
         &self,
         data_dir: &Path,
         readers: u32,
         instance: String,
+        purpose: Purpose,
     ) -> Result<Opened, StoreError> {
         if !is_empty(&data_dir.join(DATABASE_NAME)) {
             return Err(StoreError::FileHere { directory: data_dir.to_owned() });
         }
         let options = self.options()?;
         let mut session = self.session(&options).await?;
-        self.lock(&mut session).await?;
+        self.lock(&mut session, purpose).await?;
+        one_after_the_other(&mut session).await?;
         migrate(&mut session).await?;
         note_directory(&mut session, data_dir).await?;
-        take(&mut session, &instance).await?;
+        if let Purpose::Service(files) = purpose {
+            choose_files(&mut session, files).await?;
+        }
+        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+        take(&mut session, &instance, host.trim()).await?;
         let presence = Presence::here();
+        let (holder, shared) = if purpose.is_shared() {
+            let rows = FileRows::connect(options.clone(), presence.clone()).await?;
+            let own =
+                Instance::open(options.clone(), presence.clone(), &instance, host.trim(), data_dir).await?;
+            (Holder::Several, Some((own, rows)))
+        } else {
+            (Holder::Alone(instance.clone()), None)
+        };
         let opened = Opened {
             readers: PgReaders::connect(options.clone(), readers, presence.clone()).await?,
-            writer: PgWriter::connect(options.clone(), presence.clone(), Some(instance.clone())).await?,
+            writer: PgWriter::connect(options.clone(), presence.clone(), holder.clone()).await?,
+            name: Some(instance),
+            shared,
         };
-        presence.watch(session, options, instance);
+        let doing = "letting the next service begin";
+        session
+            .execute("SELECT pg_advisory_unlock(1953656944, hashtext(current_schema()))")
+            .await
+            .doing(doing)?;
+        presence.watch(session, options, holder);
         Ok(opened)
     }
 
@@ -136,24 +181,19 @@ impl Server<'_> {
         let presence = Presence::here();
         Ok(Opened {
             readers: PgReaders::connect(options.clone(), 1, presence.clone()).await?,
-            writer: PgWriter::connect(options, presence, None).await?,
+            writer: PgWriter::connect(options, presence, Holder::Beside).await?,
+            name: None,
+            shared: None,
         })
     }
 
     /// Takes the lock of the service.
-    async fn lock(&self, session: &mut PgConnection) -> Result<(), StoreError> {
+    async fn lock(&self, session: &mut PgConnection, purpose: Purpose) -> Result<(), StoreError> {
         let doing = "asking whether another service has the database";
-        let mut waited = Duration::ZERO;
-        loop {
-            if sqlx::query_scalar::<_, bool>(TRY_LOCK).fetch_one(&mut *session).await.doing(doing)? {
-                return Ok(());
-            }
-            if waited >= LOCKED_WITHIN {
-                break;
-            }
-            // A server notices within a moment that a process is gone.
-            tokio::time::sleep(LOCK_AGAIN).await;
-            waited += LOCK_AGAIN;
+        let lock = if purpose.is_shared() { TRY_SHARED_LOCK } else { TRY_LOCK };
+        // A server notices within a moment that a process is gone.
+        if locked_within(LOCKED_WITHIN, session, lock).await? {
+            return Ok(());
         }
         let database = self.address.to_string();
         let holder = if schema(session).await?.is_some() {
@@ -167,6 +207,48 @@ impl Server<'_> {
         let (host, process, version, since): (String, i64, String, String) = holder.unwrap_or_default();
         Err(StoreError::InUse { database, host, process, version, since })
     }
+}
+
+/// Whether a lock was free within this time.
+async fn locked_within(
+    limit: Duration,
+    session: &mut PgConnection,
+    lock: &'static str,
+) -> Result<bool, StoreError> {
+    let mut waited = Duration::ZERO;
+    loop {
+        if sqlx::query_scalar::<_, bool>(lock).fetch_one(&mut *session).await.doing("taking a lock")? {
+            return Ok(true);
+        }
+        if waited >= limit {
+            return Ok(false);
+        }
+        tokio::time::sleep(LOCK_AGAIN).await;
+        waited += LOCK_AGAIN;
+    }
+}
+
+/// Services that start together update the database one after the other.
+async fn one_after_the_other(session: &mut PgConnection) -> Result<(), StoreError> {
+    let lock = "SELECT pg_try_advisory_lock(1953656944, hashtext(current_schema()))";
+    if locked_within(MIGRATED_WITHIN, session, lock).await? {
+        return Ok(());
+    }
+    let late = Error::Io(std::io::Error::from(std::io::ErrorKind::TimedOut));
+    Err(late).doing("waiting for another service that updates the database")
+}
+
+/// Notes where the files of a database are that no service has used yet. Later they stay there.
+async fn choose_files(session: &mut PgConnection, files: FilesIn) -> Result<(), StoreError> {
+    let (doing, asked) = ("asking where the files of the database are", files.as_str());
+    sqlx::query("UPDATE service SET files = $1 WHERE NOT EXISTS (SELECT 1 FROM machines)")
+        .bind(asked)
+        .execute(&mut *session)
+        .await
+        .doing(doing)?;
+    let found: String =
+        sqlx::query_scalar("SELECT files FROM service").fetch_one(session).await.doing(doing)?;
+    if found == asked { Ok(()) } else { Err(StoreError::FilesElsewhere { found, asked }) }
 }
 
 /// The newest schema of this version on PostgreSQL.
@@ -217,10 +299,9 @@ async fn note_directory(session: &mut PgConnection, data_dir: &Path) -> Result<(
     std::fs::write(&place, format!("{id}\n")).map_err(unusable)
 }
 
-/// Makes this the service that has the database: from now on no service before it writes.
-async fn take(session: &mut PgConnection, instance: &str) -> Result<(), StoreError> {
+/// Makes this the service that has the database: from now on no service before it writes that had it alone.
+async fn take(session: &mut PgConnection, instance: &str, host: &str) -> Result<(), StoreError> {
     let doing = "taking the database";
-    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let begin = "BEGIN; SELECT pg_advisory_xact_lock(1953656942, hashtext(current_schema()))";
     let mut transaction = session.begin_with(begin).await.doing(doing)?;
     // The time of the database: the clocks of two computers may differ.
@@ -229,7 +310,7 @@ async fn take(session: &mut PgConnection, instance: &str) -> Result<(), StoreErr
              since = to_char(clock_timestamp() AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS\"Z\"')",
     )
     .bind(instance)
-    .bind(host.trim())
+    .bind(host)
     .bind(i64::from(std::process::id()))
     .bind(env!("CARGO_PKG_VERSION"))
     .execute(&mut *transaction)

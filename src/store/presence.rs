@@ -1,5 +1,6 @@
 //! Whether the server of the database is there, and whether this process is still the one service that has it. One
-//! session of its own holds the service's lock and is asked every second.
+//! session of its own holds the service's lock and is asked every second. Several services share the lock, and none of
+//! them takes the database over from another.
 //!
 //! The lock decides whether a service may start. The row of the table `service` decides whether it may write: the next
 //! service changes the row, and every transaction that writes compares it. So a service that lost its session, and with
@@ -17,7 +18,7 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use super::postgres::answers;
+use super::postgres::{Holder, answers};
 use super::postgres_fault::reason;
 
 /// Time between two questions.
@@ -61,9 +62,9 @@ impl Presence {
         }
     }
 
-    /// Watches the server through the session that holds the service's lock, on behalf of the service `instance`.
-    pub(super) fn watch(&self, session: PgConnection, options: PgConnectOptions, instance: String) {
-        let watching = Watching { presence: self.clone(), options, instance };
+    /// Watches the server through the session that holds the service's lock, on behalf of this service.
+    pub(super) fn watch(&self, session: PgConnection, options: PgConnectOptions, holder: Holder) {
+        let watching = Watching { presence: self.clone(), options, holder };
         self.tasks.spawn(watching.run(session));
         self.tasks.close();
     }
@@ -133,7 +134,7 @@ impl Presence {
 struct Watching {
     presence: Presence,
     options: PgConnectOptions,
-    instance: String,
+    holder: Holder,
 }
 
 impl Watching {
@@ -193,18 +194,23 @@ impl Watching {
     async fn attempt(&self) -> Result<(PgConnection, bool), Error> {
         let mut session = PgConnection::connect_with(&self.options).await?;
         // A session of before may still have the lock, as long as the server does not know that it is dead.
-        let _whether: bool = sqlx::query_scalar(TRY_LOCK).fetch_one(&mut session).await?;
+        let lock = if self.holder == Holder::Several { TRY_SHARED_LOCK } else { TRY_LOCK };
+        let _whether: bool = sqlx::query_scalar(lock).fetch_one(&mut session).await?;
         let writes: bool =
             sqlx::query_scalar("SELECT NOT pg_is_in_recovery()").fetch_one(&mut session).await?;
         if !writes {
             return Err(Error::Io(io::Error::other("it is a standby that does not write")));
         }
+        let Holder::Alone(own) = &self.holder else { return Ok((session, true)) };
         let present: String =
             sqlx::query_scalar("SELECT instance FROM service").fetch_one(&mut session).await?;
-        Ok((session, present == self.instance))
+        Ok((session, &present == own))
     }
 }
 
 /// Takes the lock of the service for the session, if it is free. The key is that of the schema, so that several plants
 /// can share a database.
 pub(super) const TRY_LOCK: &str = "SELECT pg_try_advisory_lock(1953656943, hashtext(current_schema()))";
+/// The same for one of several services: it keeps those away that have a database alone.
+pub(super) const TRY_SHARED_LOCK: &str =
+    "SELECT pg_try_advisory_lock_shared(1953656943, hashtext(current_schema()))";

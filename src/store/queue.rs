@@ -220,20 +220,25 @@ impl Store {
     /// The database failed.
     pub async fn has_claimable(&self, most_of_caller: usize) -> Result<bool, StoreError> {
         let most_of_caller = i64::try_from(most_of_caller).unwrap_or(i64::MAX);
+        let holder = self.holder();
         sql!(
             self.db,
             one(_),
-            r#"SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND coalesce(caller, '') NOT IN
+            sqlite r#"SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND coalesce(caller, '') NOT IN
                    (SELECT coalesce(caller, '') FROM jobs WHERE state = 'running' GROUP BY 1 HAVING count(*) >= $1)
-               ) AS "is_there!: _""#,
-            most_of_caller
+               ) AS "is_there!: _""# [most_of_caller],
+            postgres r#"SELECT EXISTS (SELECT 1 FROM jobs WHERE state = 'queued' AND coalesce(caller, '') NOT IN
+                   (SELECT coalesce(r.caller, '') FROM jobs r JOIN job_leases l ON l.job_id = r.id
+                    WHERE r.state = 'running' AND l.holder = $2 GROUP BY 1 HAVING count(*) >= $1)
+               ) AS "is_there!: _""# [most_of_caller, holder]
         )
         .doing("looking for a job")
     }
 
     /// Takes the next job. First come jobs that were running when the process died, those with the fewest lone deaths
     /// first. Then comes the caller that was served longest ago, among its machines the one that was served longest
-    /// ago, and there the job that has waited longest. A caller with `most_of_caller` running jobs is skipped.
+    /// ago, and there the job that has waited longest. A caller with `most_of_caller` jobs that this service runs is
+    /// skipped.
     ///
     /// # Errors
     /// The database failed.
@@ -246,14 +251,14 @@ impl Store {
     ) -> Result<Option<Claimed>, StoreError> {
         let most_of_caller = i64::try_from(most_of_caller).unwrap_or(i64::MAX);
         let (lease, now, version) = (lease.to_owned(), now.to_owned(), version.to_owned());
-        let holder = lease.clone();
+        let (named, holder) = (lease.clone(), self.holder().to_owned());
         let taken = self
-            .write("taking a job", |tx| {
+            .write_apart("taking a job", |tx| {
                 Box::pin(async move {
                     let next = sql!(
                         tx,
                         optional(Next),
-                        "SELECT id, j.machine_id, j.caller FROM jobs j
+                        sqlite "SELECT id, j.machine_id, j.caller FROM jobs j
                          LEFT JOIN caller_turns c ON c.caller = j.caller
                          LEFT JOIN job_turns t ON t.machine_id = j.machine_id
                          WHERE state = 'queued' AND coalesce(j.caller, '') NOT IN
@@ -261,8 +266,16 @@ impl Store {
                               GROUP BY 1 HAVING count(*) >= $1)
                          ORDER BY deaths + lone_deaths = 0, lone_deaths,
                              coalesce(c.turn, 0), coalesce(t.turn, 0), seq
-                         LIMIT 1",
-                        most_of_caller
+                         LIMIT 1" [most_of_caller],
+                        postgres "SELECT id, j.machine_id, j.caller FROM jobs j
+                         LEFT JOIN caller_turns c ON c.caller = j.caller
+                         LEFT JOIN job_turns t ON t.machine_id = j.machine_id
+                         WHERE state = 'queued' AND coalesce(j.caller, '') NOT IN
+                             (SELECT coalesce(r.caller, '') FROM jobs r JOIN job_leases l ON l.job_id = r.id
+                              WHERE r.state = 'running' AND l.holder = $2 GROUP BY 1 HAVING count(*) >= $1)
+                         ORDER BY deaths + lone_deaths = 0, lone_deaths,
+                             coalesce(c.turn, 0), coalesce(t.turn, 0), seq
+                         LIMIT 1 FOR UPDATE OF j SKIP LOCKED" [most_of_caller, holder]
                     )?;
                     let Some(next) = next else { return Ok(None) };
                     sql!(
@@ -290,7 +303,7 @@ impl Store {
                             TURNS_REMEMBERED
                         )?;
                     }
-                    sql!(
+                    let taken = sql!(
                         tx,
                         optional(StoredJob),
                         "UPDATE jobs SET state = 'running', attempts = attempts + 1, lease = $1, started_at = $2,
@@ -300,13 +313,24 @@ impl Store {
                         now,
                         version,
                         next.id
-                    )
+                    )?;
+                    let _leases: u64 = sql!(
+                        tx,
+                        execute,
+                        postgres "INSERT INTO job_leases (job_id, lease, holder, lease_until)
+                                  SELECT id, lease, $1, clock_timestamp() + INTERVAL '30 s' FROM jobs
+                                  WHERE id = $2 AND lease = $3",
+                        holder,
+                        next.id,
+                        lease
+                    )?;
+                    Ok(taken)
                 })
             })
             .await?;
         let claimed = |row: StoredJob| {
             let (caller, deaths) = (row.caller.clone(), row.deaths);
-            Ok(Claimed { job: row.read()?, lease: holder, caller, deaths })
+            Ok(Claimed { job: row.read()?, lease: named, caller, deaths })
         };
         taken.map(claimed).transpose()
     }
@@ -325,7 +349,7 @@ impl Store {
     ) -> Result<bool, StoreError> {
         let (id, lease, now) = (id.to_owned(), lease.to_owned(), now.to_owned());
         let ending = ending.clone();
-        self.write("ending a job", |tx| {
+        self.write_apart("ending a job", |tx| {
             Box::pin(async move {
                 let done = match ending {
                     Ending::Succeeded {
@@ -380,7 +404,7 @@ impl Store {
     pub async fn give_back(&self, id: &str, lease: &str, now: &str) -> Result<GivenBack, StoreError> {
         let (id, lease, now) = (id.to_owned(), lease.to_owned(), now.to_owned());
         let state = self
-            .write("giving a job back", |tx| {
+            .write_apart("giving a job back", |tx| {
                 Box::pin(async move {
                     sql!(
                         tx,
@@ -416,7 +440,9 @@ impl Store {
                 let job = sql!(
                     tx,
                     optional(Cancelled),
-                    "SELECT state, machine_id, cancel_requested FROM jobs WHERE id = $1",
+                    sqlite "SELECT state, machine_id, cancel_requested FROM jobs WHERE id = $1",
+                    // Another service may take it, or end it, at this moment.
+                    postgres "SELECT state, machine_id, cancel_requested FROM jobs WHERE id = $1 FOR UPDATE",
                     id
                 )?;
                 let Some(job) = job else { return Ok(Cancelling::Unknown) };

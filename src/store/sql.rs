@@ -10,13 +10,18 @@ use super::readers::Readers;
 
 #[cfg(feature = "scale-out")]
 pub(super) use {
+    super::file_rows::FileRows,
+    super::instance::Instance,
     super::postgres::{PgReaders, PgWriter},
     sqlx::postgres::PgConnection,
 };
 
 /// Stands in the place of PostgreSQL's types in a binary without them: no value of it exists.
 #[cfg(not(feature = "scale-out"))]
-pub(super) use std::convert::{Infallible as PgConnection, Infallible as PgReaders, Infallible as PgWriter};
+pub(super) use std::convert::{
+    Infallible as FileRows, Infallible as Instance, Infallible as PgConnection, Infallible as PgReaders,
+    Infallible as PgWriter,
+};
 
 /// One of the two databases.
 #[derive(Debug, Clone)]
@@ -58,11 +63,31 @@ impl Tx<'_> {
 
 /// Runs a statement on a [`Db`] or in a [`Tx`]: `execute` answers the number of rows, and `one`, `optional` and `all`
 /// answer rows of a type, or single values for `_`. A text may be joined from several with `+`. Where the databases
-/// need different texts, there are two: `sqlite "…", postgres "…"`.
+/// need different texts, there are two: `sqlite "…", postgres "…"`, with arguments of their own in brackets if these
+/// differ too. A statement that only a server needs is `postgres "…"`: on `SQLite` it finds and changes nothing.
 macro_rules! sql {
     ($on:expr, $how:ident $(($row:tt))?, sqlite $lite:literal, postgres $pg:literal $(, $arg:expr)* $(,)?) => {
         match $on.on() {
             $crate::store::sql::On::Sqlite(on) => sqlite!(on, $how $(($row))?, $lite $(, $arg)*),
+            $crate::store::sql::On::Postgres(on) => postgres!(on, $how $(($row))?, $pg $(, $arg)*),
+        }
+    };
+    ($on:expr, $how:ident $(($row:tt))?, sqlite $lite:literal [$($own:expr),* $(,)?],
+        postgres $pg:literal [$($arg:expr),* $(,)?] $(,)?) => {
+        match $on.on() {
+            $crate::store::sql::On::Sqlite(on) => {
+                $(let _ = &$arg;)*
+                sqlite!(on, $how $(($row))?, $lite $(, $own)*)
+            }
+            $crate::store::sql::On::Postgres(on) => postgres!(on, $how $(($row))?, $pg $(, $arg)*),
+        }
+    };
+    ($on:expr, $how:ident $(($row:tt))?, postgres $pg:literal $(, $arg:expr)* $(,)?) => {
+        match $on.on() {
+            $crate::store::sql::On::Sqlite(_) => {
+                $(let _ = &$arg;)*
+                std::future::ready(Ok::<_, sqlx::Error>(Default::default())).await
+            }
             $crate::store::sql::On::Postgres(on) => postgres!(on, $how $(($row))?, $pg $(, $arg)*),
         }
     };

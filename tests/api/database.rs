@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection};
-use trunnion::config::Settings;
+use trunnion::config::{FilesIn, Settings};
 
 /// Directories of services on the server.
 static ON_THE_SERVER: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
@@ -31,6 +31,11 @@ pub(crate) fn has_no_file(test: &str) -> bool {
 pub(crate) fn choose(settings: &mut Settings) {
     put_on_the_server(&settings.data_dir);
     settings.database = address_of(&settings.data_dir).map(|address| address.parse().unwrap());
+    if settings.database.is_some()
+        && std::env::var("TRUNNION_TEST_FILES").is_ok_and(|files| files == "postgres")
+    {
+        settings.files = FilesIn::Postgres;
+    }
 }
 
 /// From now on commands use the database of this data directory on the server, if this run has one.

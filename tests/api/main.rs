@@ -62,6 +62,7 @@ mod security;
 mod service;
 mod servo;
 mod several_files;
+mod several_services;
 mod shares;
 mod stamps;
 mod support;

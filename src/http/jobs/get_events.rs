@@ -32,6 +32,8 @@ const LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 const ACCEL_BUFFERING: HeaderName = HeaderName::from_static("x-accel-buffering");
 /// Time between two checks of a running job's progress.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(250);
+/// Time between two looks at a job that another service may compute.
+const BETWEEN_JOB_LOOKS: Duration = Duration::from_secs(1);
 /// Time between two comments that keep a silent connection open.
 const KEEP_ALIVE: Duration = Duration::from_secs(15);
 /// Time between two checks of whether the client's key is still valid.
@@ -83,9 +85,9 @@ pub(super) async fn get_job_events(
         over @ NoShare::OverShare { .. } => over.into(),
     })?;
     let first = if known { None } else { Some(now) };
-    let key_look = Instant::now() + BETWEEN_KEY_LOOKS;
-    let follower =
-        Follower { app, id, key_id: caller.key_id, key_look, changes, told: now, first, _place: place };
+    let (key_look, job_look) = (Instant::now() + BETWEEN_KEY_LOOKS, Instant::now() + BETWEEN_JOB_LOOKS);
+    let key_id = caller.key_id;
+    let follower = Follower { app, id, key_id, key_look, job_look, changes, told: now, first, _place: place };
     let events = stream::unfold(follower, |mut follower| async move {
         let event = follower.next().await?;
         Some((Ok::<_, Infallible>(event), follower))
@@ -137,6 +139,8 @@ struct Follower {
     key_id: Option<Arc<str>>,
     /// Time of the next check of the key.
     key_look: Instant,
+    /// Time of the next look at the job, if another service may compute it.
+    job_look: Instant,
     changes: Receiver<Arc<str>>,
     told: Seen,
     /// Reported at once.
@@ -168,6 +172,15 @@ impl Follower {
                     }
                     Err(RecvError::Closed) => return None,
                 },
+                () = tokio::time::sleep_until(self.job_look), if self.app.store.is_shared() => {
+                    self.job_look = Instant::now() + BETWEEN_JOB_LOOKS;
+                    // While the database is away nothing can be said.
+                    let Ok(job) = find(&self.app, &self.id).await else { continue };
+                    let now = Seen::of(&job.document);
+                    // Another service may have begun it again meanwhile.
+                    let least = if now.state == self.told.state { self.told.progress } else { 0 };
+                    Seen { progress: now.progress.max(least), ..now }
+                }
                 () = tokio::time::sleep(BETWEEN_LOOKS), if self.told.state == JobState::Running => {
                     let progress = self.app.queue.progress(&self.id).map_or(0, thousandths);
                     Seen { progress: progress.max(self.told.progress), ..self.told }

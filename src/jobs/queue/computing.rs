@@ -88,6 +88,9 @@ impl Shared {
         if let Err(fault) = self.marks.beside(id) {
             tracing::warn!(error = %fault, "the mark of a job cannot be changed");
         }
+        if let Err(fault) = self.store.note_computed(id, &claimed.lease, false).await {
+            tracing::warn!(error = %fault, "it cannot be noted that a job is not alone any more");
+        }
         drop(alone);
         computation.await
     }
@@ -115,6 +118,11 @@ impl Shared {
         let place = self.place(claimed, job).await?;
         let memory = sizes.surface_facets.map(|facets| self.compute.surface_memory(facets)).transpose()?;
         let alone = if claimed.is_suspect() { place.alone(ALONE_WITHIN).await } else { None };
+        if !self.store.note_computed(&document.id, &claimed.lease, alone.is_some()).await? {
+            // Another service has taken it up.
+            job.lose();
+            return Err(ComputeFault::Busy.into());
+        }
         let (spool, marks, id, is_alone) =
             (self.spool.clone(), self.marks.clone(), document.id.clone(), alone.is_some());
         let worked = move |threads: &Threads, stop: &Stop<'_>| -> Result<_, JobFault> {
@@ -192,12 +200,17 @@ impl Shared {
         } else {
             None
         };
-        self.running.end(id);
+        self.running.end(id, lease);
         if !passes {
             self.running.forget_failures(id);
         }
-        // The answer to the commit that ended it may have been lost, and then there is nothing to give back.
-        if ended == Some(true) || matches!(given, Some(GivenBack::Cancelled | GivenBack::Nothing)) {
+        // The answer to the commit that ended it may have been lost, and then there is nothing to give back. What another
+        // service has taken up, it ends.
+        let is_ours = !job.is_lost();
+        if ended == Some(true)
+            || given == Some(GivenBack::Cancelled)
+            || (given == Some(GivenBack::Nothing) && is_ours)
+        {
             self.on_finished(id).await;
         } else {
             self.changed(id);
@@ -277,7 +290,8 @@ fn is_passing(fault: &JobFault) -> bool {
     match fault {
         JobFault::Compute(ComputeFault::Busy)
         | JobFault::PartSurface(PartSurfaceFault::NoRoom { .. })
-        | JobFault::Store(StoreError::Storage { .. } | StoreError::Busy(_)) => true,
+        | JobFault::Store(StoreError::Storage { .. } | StoreError::Busy(_))
+        | JobFault::Blob(BlobFault::Rows(StoreError::Busy(_))) => true,
         JobFault::Blob(fault) => fault.storage().is_some(),
         JobFault::Compensator(CompensatorFault::Io(fault)) => StorageFault::of(fault).is_some(),
         _ => false,

@@ -1,8 +1,9 @@
 //! Takes jobs from the queue, up to the number that may have begun. Each waits for its turn to compute, beside the
 //! others and on behalf of its caller, so that no caller waits in line after another caller's job.
 
+use std::future::pending;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::Shared;
 use super::running::UnderWay;
@@ -10,6 +11,8 @@ use crate::store::{Claimed, StoreError};
 
 /// Pause before a failed store is asked again.
 pub(super) const RETRY: Duration = Duration::from_secs(1);
+/// Time between two looks for the jobs of other services.
+const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 
 impl Shared {
     /// Removes old jobs once, and then begins to compute. The first removal ends before the first job begins, so that
@@ -41,6 +44,7 @@ impl Shared {
                     tokio::select! {
                         () = self.stopping.cancelled() => return,
                         () = self.more.notified() => {}
+                        () = self.others_may_have_queued() => {}
                     }
                 }
                 Err(fault) => {
@@ -61,12 +65,22 @@ impl Shared {
         }
         let _gate = self.gate.lock().await;
         let (lease, now) = (self.sources.ids.next().to_string(), self.sources.timestamp());
+        let asked = Instant::now();
         let claimed = self.store.claim(&lease, &now, env!("CARGO_PKG_VERSION"), most_of_caller).await?;
         let Some(claimed) = claimed else { return Ok(None) };
         let id = &claimed.job.document.id;
-        let under_way = self.running.begin(id, &claimed.lease);
+        let under_way = self.running.begin(id, &claimed.lease, asked);
         self.changed(id);
         Ok(Some((claimed, under_way)))
+    }
+
+    /// Waits for a moment if other services may queue jobs, and for ever if there are none.
+    async fn others_may_have_queued(&self) {
+        if self.store.is_shared() {
+            tokio::time::sleep(BETWEEN_LOOKS).await;
+        } else {
+            pending::<()>().await;
+        }
     }
 
     /// Waits before a failed action is repeated, but ends at once if the service stops.

@@ -3,6 +3,7 @@
 
 mod computing;
 mod dispatch;
+mod leases;
 mod order;
 mod retention;
 mod running;
@@ -16,7 +17,7 @@ use tokio::sync::{Mutex, Notify, broadcast};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use self::computing::problem_code;
+use self::leases::Contact;
 pub use self::order::JobOrder;
 use self::running::Running;
 use super::program_job::{job_of_key, keep_all};
@@ -110,6 +111,10 @@ struct Shared {
     changes: broadcast::Sender<Arc<str>>,
     /// Notified when the queue may have a new job.
     more: Notify,
+    /// Notified when another service may have cancelled a running job.
+    renew_now: Notify,
+    /// Since when the database was reached without a break.
+    contact: Contact,
     /// Notified when a webhook is due.
     told: Notify,
     /// Cancelled when the removal of old jobs at the start has ended.
@@ -125,6 +130,8 @@ struct Shared {
 const CHANGES_KEPT: usize = 1024;
 /// How long stopped work may take to end when the service stops.
 const GRACE: Duration = Duration::from_millis(300);
+/// How long running jobs may take to end when one of several services stops: the others take them then.
+const SHARED_DRAIN: Duration = Duration::from_millis(500);
 
 impl Queue {
     /// Takes over the jobs that an earlier process left, and begins to compute.
@@ -157,21 +164,16 @@ impl Queue {
             gate: Mutex::new(()),
             changes: broadcast::Sender::new(CHANGES_KEPT),
             more: Notify::new(),
+            renew_now: Notify::new(),
+            contact: Contact::default(),
             told: Notify::new(),
             begun: CancellationToken::new(),
             stopping: CancellationToken::new(),
             halted: CancellationToken::new(),
             tasks: TaskTracker::new(),
         });
-        if recovered.queued > 0 {
-            tracing::warn!(jobs = recovered.queued, "jobs of a process that died are queued again");
-        }
-        for id in recovered.parked.iter().chain(&recovered.cancelled) {
-            let parked = recovered.parked.contains(id);
-            let problem = parked.then(|| problem_code(&died)).flatten();
-            tracing::warn!(job_id = id, parked, problem, "a job ended at the start");
-            shared.on_finished(id).await;
-        }
+        shared.took_up(&recovered).await;
+        shared.begin_sharing();
         shared.tasks.spawn(Arc::clone(&shared).begin_work());
         Ok(Self(shared))
     }
@@ -341,6 +343,7 @@ impl Queue {
     /// they have stopped or not.
     pub async fn stop(&self, drain: Duration) {
         let shared = &*self.0;
+        let drain = if shared.store.is_shared() { drain.min(SHARED_DRAIN) } else { drain };
         shared.stopping.cancel();
         shared.tasks.close();
         if tokio::time::timeout(drain, shared.tasks.wait()).await.is_err() {

@@ -1,5 +1,6 @@
 //! Removes old jobs after their end, and the files that no other job names.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -66,6 +67,15 @@ impl Shared {
             return Ok(0);
         }
         let blobs = self.spool.blobs();
+        if blobs.are_copies() {
+            let digests: BTreeSet<_> = std::mem::take(&mut *self.given_up()).into_iter().collect();
+            for sha256 in &digests {
+                blobs.remove(sha256)?;
+            }
+            // What stays in the database, because it was kept within a day, goes later (`tidy_copies`).
+            let removed = self.store.remove_unnamed(Some(&digests)).await?;
+            return Ok(usize::try_from(removed).unwrap_or(usize::MAX));
+        }
         // Until this is dropped, no file is kept that a row will name later.
         let Some(_alone) = blobs.removing(within).await else { return Ok(0) };
         let named = self.store.named_blobs().await?;

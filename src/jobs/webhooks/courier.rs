@@ -26,6 +26,11 @@ use crate::wire::{CallbackUrl, DeliveryAttempt, DeliveryOutcome, DeliveryState, 
 const LONGEST_REST: Duration = Duration::from_secs(30);
 /// Shortest time between two searches.
 const SHORTEST_REST: Duration = Duration::from_millis(5);
+/// For how long a webhook is taken from the other services, beyond the longest attempt \[s\]. If its service dies, it
+/// is delivered after this time.
+const TAKEN_S: f64 = 30.0;
+/// How much the clocks of two services may differ \[s\].
+const CLOCKS_DIFFER_S: f64 = 60.0;
 /// Pause before a failed store is asked again.
 const RETRY: Duration = Duration::from_secs(1);
 
@@ -173,17 +178,24 @@ impl Shared {
                 return Ok(LONGEST_REST);
             }
             let now = self.sources.clock.now();
-            let farthest = after(now, longest_s(&self.pauses_s));
+            let taken_s = self.line.timeout.as_secs_f64() + TAKEN_S;
+            let longest = longest_s(&self.pauses_s);
+            let is_shared = self.store.is_shared();
+            let farthest_s = if is_shared { longest.max(taken_s + CLOCKS_DIFFER_S) } else { longest };
+            let (farthest, until) = (after(now, farthest_s), after(now, taken_s));
             let taken = under_way.taken(self.most_per_receiver);
             let due = self.store.due_deliveries(&timestamp(now), &farthest, &taken, room).await?;
             if due.is_empty() {
                 let next = self.store.next_delivery(&taken).await?;
-                return Ok(until(next.as_deref(), now));
+                return Ok(rest_until(next.as_deref(), now));
             }
             // Every round begins at least one attempt: the first is to a receiver that has room.
             for delivery in due {
                 if under_way.to(&delivery.receiver) < self.most_per_receiver {
                     let job_id = delivery.job_id.clone();
+                    if !self.store.take_delivery(&job_id, &timestamp(now), &farthest, &until).await? {
+                        continue;
+                    }
                     let span = tracing::info_span!("webhook", job_id, receiver = delivery.receiver);
                     let task = attempts.spawn(Arc::clone(self).attempt(job_id).instrument(span));
                     under_way.0.insert(task.id(), delivery);
@@ -286,7 +298,7 @@ fn not_called() -> Answer {
 }
 
 /// The time until then, within the limits of a rest.
-fn until(next: Option<&str>, now: Timestamp) -> Duration {
+fn rest_until(next: Option<&str>, now: Timestamp) -> Duration {
     let next = next.and_then(|next| next.parse::<Timestamp>().ok());
     let ahead = next.and_then(|next| Duration::try_from(next.duration_since(now)).ok());
     match next {

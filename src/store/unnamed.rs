@@ -1,0 +1,73 @@
+//! Removes files of the database that no job names.
+
+use std::collections::BTreeSet;
+
+use super::machines::as_array;
+use super::{Blobs, Sha256Hex, Store, StoreError};
+
+/// Files removed in one transaction: each may have thousands of parts.
+const REMOVED_AT_ONCE: i64 = 20;
+
+impl Store {
+    /// The same files, kept where this database keeps them.
+    #[must_use]
+    #[cfg_attr(
+        not(feature = "scale-out"),
+        expect(clippy::cloned_instead_of_copied, reason = "no such value exists")
+    )]
+    pub fn keeping(&self, blobs: Blobs) -> Blobs {
+        blobs.kept_in(self.files().cloned())
+    }
+
+    /// Removes files of the database that no job names, all or only some, and counts them. A file that was kept within a
+    /// day stays: a service may be about to name it. Objects whose last part never came go too.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn remove_unnamed(&self, only: Option<&BTreeSet<Sha256Hex>>) -> Result<u64, StoreError> {
+        let only = as_array(only);
+        let mut removed = 0;
+        loop {
+            let only = only.clone();
+            let some = self
+                .write_apart("removing files that no job names", |tx| {
+                    Box::pin(async move {
+                        // Whoever names a file at this moment holds its row.
+                        let found: Vec<String> = sql!(
+                            tx,
+                            all(_),
+                            postgres "SELECT object_key FROM files f
+                                WHERE kept_at < clock_timestamp() - INTERVAL '1 day'
+                                  AND (CAST($1 AS TEXT) IS NULL OR sha256 IN (SELECT value FROM json_each($1)))
+                                  AND (whole = 0 OR NOT EXISTS (SELECT 1 FROM jobs WHERE input_sha256 = f.sha256)
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE output_sha256 = f.sha256)
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE surface_sha256 = f.sha256)
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE changes_sha256 = f.sha256))
+                                LIMIT $2 FOR UPDATE SKIP LOCKED",
+                            only,
+                            REMOVED_AT_ONCE
+                        )?;
+                        let found = serde_json::Value::from(found).to_string();
+                        // Asked again, now that nobody else can name them.
+                        let gone: u64 = sql!(
+                            tx,
+                            execute,
+                            postgres "DELETE FROM files f
+                                WHERE object_key IN (SELECT value FROM json_each(CAST($1 AS TEXT)))
+                                  AND (whole = 0 OR NOT EXISTS (SELECT 1 FROM jobs WHERE input_sha256 = f.sha256)
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE output_sha256 = f.sha256)
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE surface_sha256 = f.sha256)
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE changes_sha256 = f.sha256))",
+                            found
+                        )?;
+                        Ok(gone)
+                    })
+                })
+                .await?;
+            removed += some;
+            if some == 0 {
+                return Ok(removed);
+            }
+        }
+    }
+}

@@ -1,0 +1,364 @@
+"""Three services on one database, with files in it. First each promise alone: one key at two services is one job, a
+revoked key is refused everywhere, jobs are followed and cancelled from another service, what a service leaves is taken
+up (after SIGTERM, kill -9 and SIGSTOP). Then load, while one service after another is killed without warning: what was
+accepted is done, once, with the bytes that a service with a file makes.
+
+Usage: tests/postgres/with-server python3 tests/faults/cluster.py PATH_OF_TRUNNION; TRUNNION_CLUSTER_S (300) seconds of
+load, TRUNNION_CLUSTER_PAIRS (1000) keys, TRUNNION_KILL_SEED (1). The binary needs the feature scale-out. Set
+TRUNNION_TEST_FSYNC=on.
+"""
+
+import collections
+import concurrent.futures
+import hashlib
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+from service import Service, cc_job, program, workplace
+
+LOAD_S = float(os.environ.get("TRUNNION_CLUSTER_S", "300"))
+PAIRS = int(os.environ.get("TRUNNION_CLUSTER_PAIRS", "1000"))
+SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
+DATABASE = os.environ["TRUNNION_TEST_DATABASE"]
+PORTS = [8931, 8932, 8933]
+ALONE_PORT = 8934
+SCOPES = ["read", "compute", "machines", "calibrations", "admin"]
+# What is promised.
+REVOKED_S, CANCELLED_S, LAST_EVENT_S, RELEASED_S, TAKEN_UP_S = 1.0, 6.0, 1.5, 2.0, 35.0
+# How long a service stands still: longer than a lease.
+STOPPED_S = 60
+KILL_EVERY_S = 1.0
+# Longest wait for the queue to empty at the end.
+EMPTY_S = 900
+# Jobs that may be hit by eight deaths in spite of their innocence, five of them while they were alone.
+MOST_PARKED = 1
+CLIENTS = 6
+SHORT = [program(300, salt) for salt in range(1, 21)]
+MIDDLE = [program(20_000, salt) for salt in range(21, 24)]
+
+
+def psql(text):
+    done = subprocess.run(["psql", "-XAtq", "-v", "ON_ERROR_STOP=1", DATABASE, "-c", text], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def count(of):
+    return int(psql(f"SELECT count(*) FROM {of}"))
+
+
+def within(limit_s, what, is_so):
+    """How long it took until something was so."""
+    began = time.monotonic()
+    while not is_so():
+        assert time.monotonic() - began < limit_s, f"{what}: not within {limit_s} s"
+        time.sleep(0.02)
+    took_s = time.monotonic() - began
+    assert took_s < limit_s, f"{what}: {took_s:.2f} s, not within {limit_s} s"
+    return took_s
+
+
+class Cluster:
+    def __init__(self, binary, folder):
+        more = {"TRUNNION_DATABASE": DATABASE, "TRUNNION_FILES": "postgres"}
+        self.services = [Service(binary, folder / f"service-{port}", port, environment=more) for port in PORTS]
+        self.took = {}
+
+    def start(self):
+        # Together: one of them makes the tables, the machine and the secret.
+        for service in self.services:
+            service.launch()
+        for service in self.services:
+            within(30, "the start of a service", lambda: ready(service))
+
+    def holder(self, id):
+        """The service that computes a job, if one does."""
+        process = psql(
+            f"SELECT i.process FROM job_leases l JOIN instances i ON i.id = l.holder WHERE l.job_id = '{id}' "
+            "AND l.computed IS NOT NULL"
+        )
+        return next((s for s in self.services if s.process and str(s.process.pid) == process), None)
+
+    def long_job(self, text):
+        """A job that is being computed, the service that does it, and the two others."""
+        id = self.services[0].post_job(cc_job(), text).document["id"]
+        within(60, "the beginning of a job", lambda: self.holder(id))
+        holder = self.holder(id)
+        return id, holder, [s for s in self.services if s is not holder]
+
+
+def ready(service):
+    try:
+        return service.ask("GET", "/readyz", timeout=5).status == 200
+    except OSError:
+        assert service.process.poll() is None, service.logged()[-2000:]
+        return False
+
+
+def one_key_is_one_job(cluster):
+    ids = collections.defaultdict(set)
+
+    def pair(number):
+        services = random.Random(number).sample(cluster.services, 2)
+        text = SHORT[number % len(SHORT)]
+        with concurrent.futures.ThreadPoolExecutor(2) as both:
+            asked = [both.submit(s.post_job, cc_job(f"pair-{number}"), text, f"pair-{number}") for s in services]
+            for answer in (one.result() for one in asked):
+                while answer.status == 503:
+                    # The queue is full.
+                    time.sleep(0.5)
+                    answer = services[0].post_job(cc_job(f"pair-{number}"), text, f"pair-{number}")
+                assert answer.status in (200, 202), answer
+                ids[number].add(answer.document["id"])
+
+    with concurrent.futures.ThreadPoolExecutor(8) as pairs:
+        list(pairs.map(pair, range(PAIRS)))
+    assert all(len(found) == 1 for found in ids.values()), "one key made two jobs"
+    assert count("jobs") == PAIRS == len({id for found in ids.values() for id in found})
+
+
+def a_revoked_key_is_refused(cluster):
+    one, *others = cluster.services
+    made = one.ask("POST", "/v1/keys", {"name": "for a moment", "scopes": ["read"]}).document
+    bearer = {"Authorization": f"Bearer {made['key']}"}
+    status = lambda service: service.ask("GET", "/v1/machines", headers=bearer).status  # noqa: E731
+    within(REVOKED_S, "a new key", lambda: all(status(s) == 200 for s in cluster.services))
+    assert one.ask("DELETE", f"/v1/keys/{made['id']}").status in (200, 204)
+    began = time.monotonic()
+    for service in others:
+        within(REVOKED_S, "a revoked key", lambda: status(service) == 401)
+    cluster.took["revoked"] = time.monotonic() - began
+    assert cluster.took["revoked"] < REVOKED_S, cluster.took
+
+
+def followed_and_cancelled_elsewhere(cluster, text):
+    id, _, others = cluster.long_job(text)
+    last, events = {}, []
+
+    def follow(service):
+        events.append(service.ask("GET", f"/v1/jobs/{id}/events").body.decode())
+        last[service.port] = time.monotonic()
+
+    followers = [threading.Thread(target=follow, args=(s,)) for s in cluster.services]
+    for follower in followers:
+        follower.start()
+    time.sleep(6)
+    asked = time.monotonic()
+    assert others[0].ask("DELETE", f"/v1/jobs/{id}").status == 202
+    ended = others[1].ended(id)
+    at = time.monotonic()
+    cluster.took["cancelled"] = at - asked
+    assert ended["state"] == "cancelled" and at - asked < CANCELLED_S, (ended, at - asked)
+    for follower in followers:
+        follower.join(10)
+    assert len(last) == 3 and max(last.values()) - at < LAST_EVENT_S, (last, at)
+    assert all('"state":"cancelled"' in text for text in events), events
+    # Progress is seen everywhere.
+    assert all("event: progress" in text for text in events), events
+
+
+def a_stopping_service_releases(cluster, text):
+    id, holder, others = cluster.long_job(text)
+    began = time.monotonic()
+    holder.process.send_signal(signal.SIGTERM)
+    own = f"job_leases l JOIN instances i ON i.id = l.holder WHERE i.process = {holder.process.pid}"
+    cluster.took["released"] = within(RELEASED_S, "a release", lambda: count(own) == 0)
+    assert holder.process.wait(30) == 0
+    cluster.took["stopped"] = time.monotonic() - began
+    assert others[0].ended(id)["attempts"] == 1, "an orderly stop counts as an attempt"
+    holder.start()
+
+
+def a_dead_service_is_taken_over(cluster, text):
+    id, holder, others = cluster.long_job(text)
+    lease = psql(f"SELECT lease FROM jobs WHERE id = '{id}'")
+    holder.kill()
+    renewed = lambda: psql(f"SELECT lease FROM jobs WHERE id = '{id}'") not in ("", lease)  # noqa: E731
+    cluster.took["taken up"] = within(TAKEN_UP_S, "a job of a dead service", renewed)
+    ended = others[0].ended(id)
+    assert (ended["state"], ended["attempts"]) == ("succeeded", 2), ended
+    assert psql(f"SELECT deaths FROM jobs WHERE id = '{id}'") == "1"
+    holder.start()
+
+
+def a_service_that_stood_still_ends_nothing(cluster, text):
+    id, holder, others = cluster.long_job(text)
+    holder.process.send_signal(signal.SIGSTOP)
+    began = time.monotonic()
+    ended = others[0].ended(id, within_s=STOPPED_S + 120)
+    cluster.took["done without it"] = time.monotonic() - began
+    time.sleep(max(0, STOPPED_S - (time.monotonic() - began)))
+    row = f"SELECT row_to_json(j) FROM jobs j WHERE id = '{id}'"
+    before, log = psql(row), count("audit")
+    holder.process.send_signal(signal.SIGCONT)
+    within(30, "a service that goes on", lambda: ready(holder))
+    time.sleep(10)
+    assert psql(row) == before and count("audit") == log, "it ended something late"
+    assert (ended["state"], ended["attempts"]) == ("succeeded", 2), ended
+    assert count(f"job_leases WHERE job_id = '{id}'") == 0
+    # It works as before.
+    assert holder.compensate(SHORT[0]).status == 200
+
+
+class Load:
+    """Clients that post to any service until they are answered, and what was acknowledged."""
+
+    def __init__(self, cluster):
+        self.cluster, self.lock = cluster, threading.Lock()
+        self.number, self.kept, self.sent, self.wrong = 0, {}, {}, []
+        self.stop = threading.Event()
+
+    def client(self, chance):
+        while not self.stop.is_set():
+            with self.lock:
+                self.number += 1
+                key = f"load-{self.number}"
+            text = chance.choice(MIDDLE) if chance.random() < 0.05 else chance.choice(SHORT)
+            self.sent[key] = hashlib.sha256(text).hexdigest()
+            self.until_kept(key, text, chance)
+            time.sleep(chance.uniform(0.0, 0.1))
+
+    def until_kept(self, key, text, chance):
+        while True:
+            try:
+                service = chance.choice(self.cluster.services)
+                answer = service.post_job(cc_job(key), text, key)
+            except OSError:
+                answer = None
+            except Exception as fault:  # noqa: BLE001, the answer was cut off
+                answer = None if "Incomplete" in repr(fault) or "BadStatus" in repr(fault) else fault
+            if answer is not None and not isinstance(answer, Exception):
+                if answer.status in (200, 202):
+                    self.kept[key] = answer.document["id"]
+                    return
+                if answer.status != 503:
+                    self.wrong.append((key, answer))
+                    return
+            elif answer is not None:
+                self.wrong.append((key, answer))
+                return
+            time.sleep(0.05)
+
+
+def killed_under_load(cluster, chance):
+    load = Load(cluster)
+    clients = [threading.Thread(target=load.client, args=(random.Random(chance.random()),)) for _ in range(CLIENTS)]
+    for client in clients:
+        client.start()
+    kills, end = 0, time.monotonic() + LOAD_S
+    while time.monotonic() < end:
+        time.sleep(KILL_EVERY_S)
+        victim = chance.choice(cluster.services)
+        if victim.process.poll() is None:
+            victim.kill()
+            kills += 1
+            victim.launch()
+        assert not load.wrong, load.wrong[:3]
+    load.stop.set()
+    for client in clients:
+        client.join(120)
+    for service in cluster.services:
+        assert service.process.poll() is None, service.logged()[-2000:]
+        within(60, "a service after its last death", lambda: ready(service))
+    assert not load.wrong, load.wrong[:3]
+    return load, kills
+
+
+def everything_is_done_once(cluster, load, expected):
+    within(EMPTY_S, "an empty queue", lambda: count("jobs WHERE state IN ('queued', 'running')") == 0)
+    rows = psql("SELECT id, external_id, state, input_sha256, output_sha256 FROM jobs WHERE external_id LIKE 'load-%'")
+    found, failed = {}, 0
+    for line in rows.splitlines():
+        id, key, state, came, made = line.split("|")
+        assert key not in found, f"{key} made two jobs"
+        found[key] = id
+        assert load.sent[key] == came, key
+        failed += state == "failed"
+        assert state in ("succeeded", "failed") and (state == "failed" or made == expected[came]), (key, state, made)
+    assert failed <= MOST_PARKED, f"{failed} blameless jobs were parked"
+    assert found == load.kept, "what was acknowledged is not what there is"
+    pairs = psql("SELECT state, input_sha256, output_sha256 FROM jobs WHERE external_id LIKE 'pair-%'")
+    for line in pairs.splitlines():
+        state, came, made = line.split("|")
+        assert state == "succeeded" and made == expected[came], line
+    assert count("job_leases") == 0
+    again = count("jobs WHERE attempts > 1")
+    # Every job has its entry, and no number is missing.
+    assert psql("SELECT count(*) = max(seq) FROM audit") == "t"
+    assert count("audit WHERE action = 'job-created'") == count("jobs")
+    return len(found), again
+
+
+def every_row_has_its_file_and_every_file_a_row(cluster):
+    named = (
+        "SELECT input_sha256 AS s FROM jobs UNION SELECT output_sha256 FROM jobs UNION "
+        "SELECT surface_sha256 FROM jobs UNION SELECT changes_sha256 FROM jobs"
+    )
+    whole = "SELECT sha256 FROM files WHERE whole = 1"
+    assert count(f"(({named}) EXCEPT ({whole})) x WHERE s IS NOT NULL") == 0, "a row without its file"
+    short = (
+        "files f WHERE whole = 1 AND length <> (SELECT coalesce(sum(length(bytes)), 0) FROM file_parts p "
+        "WHERE p.object_key = f.object_key)"
+    )
+    assert count(short) == 0, "a file without its parts"
+    # A day later, files that nobody names go.
+    psql("UPDATE files SET kept_at = kept_at - INTERVAL '2 days'")
+    cluster.services[0].stop()
+    # It also reads everything: the chain of the audit log, the digests of documents and files.
+    cluster.services[0].arguments = ("--scrub-interval-s", "1")
+    cluster.services[0].start()
+    unnamed = f"files WHERE whole = 0 OR sha256 NOT IN (SELECT s FROM ({named}) x WHERE s IS NOT NULL)"
+    within(60, "the removal of unnamed files", lambda: count(unnamed) == 0)
+    assert count(f"(({named}) EXCEPT ({whole})) x WHERE s IS NOT NULL") == 0, "a named file was removed"
+    read = "the scrub has read all stored data"
+    within(300, "a scrub", lambda: read in cluster.services[0].logged())
+    line = next(line for line in cluster.services[0].logged().splitlines() if read in line)
+    assert "findings=0" in line, line
+    assert cluster.services[0].ask("GET", "/readyz").document["status"] == "ready"
+
+
+def main():
+    chance = random.Random(SEED)
+    binary = str(pathlib.Path(sys.argv[1]).resolve())
+    with workplace() as folder:
+        # What a service with a file makes of the same programs.
+        alone = Service(binary, folder / "alone", ALONE_PORT).start()
+        expected = {}
+        for text in SHORT + MIDDLE:
+            made = alone.ended(alone.post_job(cc_job(), text).document["id"])
+            assert made["state"] == "succeeded", made
+            expected[made["input_sha256"]] = made["output_sha256"]
+        alone.stop()
+
+        cluster = Cluster(binary, folder)
+        cluster.start()
+        assert count("machine_revisions") == 1 and count("webhook_secrets") == 1, "made more than once"
+        key = cluster.services[0].ask("POST", "/v1/keys", {"name": "the clients", "scopes": SCOPES}).document["key"]
+        for service in cluster.services:
+            service.headers = {"Authorization": f"Bearer {key}"}
+        within(2, "the first key everywhere", lambda: all(s.ask("GET", "/v1/machines").status == 200 for s in cluster.services))
+        one_key_is_one_job(cluster)
+        a_revoked_key_is_refused(cluster)
+        within(EMPTY_S, "an empty queue", lambda: count("jobs WHERE state IN ('queued', 'running')") == 0)
+        text = program(int(os.environ.get("TRUNNION_CLUSTER_BLOCKS", "1000000")), 99)
+        followed_and_cancelled_elsewhere(cluster, text)
+        a_stopping_service_releases(cluster, text)
+        a_dead_service_is_taken_over(cluster, text)
+        a_service_that_stood_still_ends_nothing(cluster, text)
+        load, kills = killed_under_load(cluster, chance)
+        jobs, again = everything_is_done_once(cluster, load, expected)
+        every_row_has_its_file_and_every_file_a_row(cluster)
+        for service in cluster.services:
+            service.stop()
+            service.nothing_half_done()
+    took = ", ".join(f"{what} {took_s:.2f} s" for what, took_s in cluster.took.items())
+    print(f"{kills} services killed under load: {jobs} jobs done once, {again} of them begun again; {took}")
+
+
+main()
