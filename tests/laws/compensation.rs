@@ -59,6 +59,11 @@ fn parts(tool: Tool) -> [Finishing; 3] {
     ]
 }
 
+/// Places of a block at which the witness looks. `TRUNNION_THOROUGH_TESTS=1` looks at more.
+fn samples() -> usize {
+    if std::env::var_os("TRUNNION_THOROUGH_TESTS").is_some() { 200 } else { 60 }
+}
+
 #[test]
 fn what_is_written_keeps_the_tolerance_with_no_more_blocks_than_needed_and_takes_the_same_time() {
     for tool in [tool(5.0, 5.0), tool(6.0, 1.5)] {
@@ -73,7 +78,7 @@ fn what_is_written_keeps_the_tolerance_with_no_more_blocks_than_needed_and_takes
                     let parameters =
                         CcParameters { tolerance: Length::from_um(tolerance_um), ..parameters(&part) };
                     let (output, report) = run(&part, &parameters, &text).expect("compensated");
-                    let verdicts = witness(&part, form == Form::Tcp).judge(&text, &output, 200);
+                    let verdicts = witness(&part, form == Form::Tcp).judge(&text, &output, samples());
                     println!(
                         "{} R{}/{} {form:?} {feed:?} {tolerance_um} µm: {} checked, {} over, {:.2} -> {:.2} µm, {} -> {} blocks",
                         part.name,

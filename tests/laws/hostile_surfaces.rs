@@ -104,8 +104,8 @@ fn after_a_stop_a_search_takes_no_more_than_one_facet() {
 
 #[test]
 fn no_file_is_read_for_long_without_a_question() {
-    let equal = vec![FAMILIES[0].1(1)[0]; 300_000];
-    let fan: Vec<[Vec3; 3]> = (0..300_000_u32)
+    let equal = vec![FAMILIES[0].1(1)[0]; 100_000];
+    let fan: Vec<[Vec3; 3]> = (0..100_000_u32)
         .map(|k| {
             let at = |k: u32| {
                 let (sin, cos) = (f64::from(k) * 1e-5).sin_cos();
@@ -114,7 +114,7 @@ fn no_file_is_read_for_long_without_a_question() {
             [Vec3::zeros(), at(k), at(k + 1)]
         })
         .collect();
-    let thin = vec![[Vec3::zeros(), Vec3::x(), Vec3::x() * 2.0]; 300_000];
+    let thin = vec![[Vec3::zeros(), Vec3::x(), Vec3::x() * 2.0]; 100_000];
     for (name, facets) in [("equal", equal), ("fan", fan), ("thin", thin)] {
         let file = binary_stl(&facets, "");
         let read = |last: u64| {
