@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::Router;
 use axum::body::Body;
@@ -40,6 +40,9 @@ const QUIET_LOOKS: u32 = 6;
 const GATE_PAUSE: Duration = Duration::from_micros(50);
 /// Looks at which nothing happens after which a second passes.
 const PATIENT_LOOKS: u32 = 80;
+/// A service that has not settled after so many looks and this time does not settle at all.
+const MOST_LOOKS: u32 = 20_000;
+const LONGEST_SETTLING: Duration = Duration::from_mins(2);
 
 /// When every run begins.
 pub(crate) const BEGINS_S: i64 = 1_772_000_000;
@@ -429,6 +432,7 @@ impl World {
     /// those that it has heard, one after the other.
     pub(crate) async fn settle(&self) {
         let (mut quiet, mut patient, mut looks, mut done) = (0, 0, 0, (0, 0));
+        let began = Instant::now();
         loop {
             for _ in 0..4 {
                 tokio::task::yield_now().await;
@@ -458,7 +462,9 @@ impl World {
                 patient = 0;
             }
             let depth = self.app.store.queue_depth().await;
-            assert!(looks < 20_000, "the service does not settle: {depth:?}");
+            // Beside other work of the computer, looks come faster than the service's own threads.
+            let is_late = looks >= MOST_LOOKS && began.elapsed() >= LONGEST_SETTLING;
+            assert!(!is_late, "the service does not settle: {depth:?}");
         }
     }
 
