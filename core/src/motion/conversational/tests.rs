@@ -337,11 +337,13 @@ fn statements_run_on_behind_a_dollar_and_text_does_not() {
 fn another_coordinate_system_is_another_offset() {
     let csys = ["CSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\n", "CSYS/0,0,1.,0,1.,0,0,0,0,1.,0,0\n"];
     let [first, second] = csys;
-    let text = format!(
-        "TRNTYP/WORLD,0,0,0\n{first}GOTO/1,1,1\nTRNTYP/WORLD,0,0,0\n{first}GOTO/2,1,1\n{second}GOTO/3,1,1\n"
-    );
+    let text = format!("{first}GOTO/1,1,1\n{first}GOTO/2,1,1\n{second}GOTO/3,1,1\n");
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
     assert_eq!(changed, [false, false, true]);
+    // In the world the points of every system count alike.
+    let motions = apt(&format!("TRNTYP/WORLD,0,0,0\n{text}"));
+    assert!(motions.iter().all(|motion| !motion.offset_changed));
+    assert_eq!(motions[2].linear_end_mm, Some([3.0, 1.0, 1.0]));
     // The points before the first named system have a system of their own.
     let text = format!("GOTO/1,1,1\n{second}GOTO/2,1,1\n");
     let changed: Vec<_> = apt(&text).iter().map(|motion| motion.offset_changed).collect();
