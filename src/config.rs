@@ -265,7 +265,7 @@ pub enum ConfigFault {
          out"
     )]
     FilesWithoutDatabase,
-    /// The address of the database is none.
+    /// The setting `database` is not a valid address.
     #[error("database cannot be used: {why}")]
     Database {
         /// What is wrong, without a word of the address.

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -21,6 +21,8 @@ use super::writable::Writable;
 use super::{
     Damage, DamagedFile, FileState, Pace, Soundness, StorageFault, StoreError, StoredThing, Verifying,
 };
+
+mod copies;
 
 /// A SHA-256 in lower-case hex.
 pub type Sha256Hex = String;
@@ -123,18 +125,6 @@ impl Blobs {
         })
     }
 
-    /// The same, kept in rows of the database if there are such.
-    #[must_use]
-    pub(super) fn kept_in(self, rows: Option<FileRows>) -> Self {
-        Self { rows, ..self }
-    }
-
-    /// Whether the directory only has copies of what rows of the database keep.
-    #[must_use]
-    pub fn are_copies(&self) -> bool {
-        self.rows.is_some()
-    }
-
     /// Removes files that no row names: an earlier process kept them and ended before it wrote the row. Only for the
     /// start, before anything is written.
     ///
@@ -144,20 +134,6 @@ impl Blobs {
         self.remove_if(|path| {
             let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
             !named.contains(name)
-        })
-    }
-
-    /// Removes copies that were made so long ago, and counts them. Who reads one goes on reading it. Blocks.
-    ///
-    /// # Errors
-    /// A directory cannot be read or a file not removed.
-    pub fn remove_copies(&self, age: Duration) -> Result<usize, BlobFault> {
-        if !self.are_copies() {
-            return Ok(0);
-        }
-        self.remove_if(|path| {
-            let made = path.symlink_metadata().and_then(|found| found.modified());
-            made.is_ok_and(|made| made.elapsed().is_ok_and(|elapsed| elapsed > age))
         })
     }
 
@@ -284,44 +260,6 @@ impl Blobs {
                 self.opened_here(sha256)
             }
             opened => opened,
-        }
-    }
-
-    /// Makes a copy in the place of one that is missing or damaged.
-    fn copy(&self, damaged: DamagedFile) -> Result<(), BlobFault> {
-        let sha256 = damaged.sha256.as_str();
-        self.remove(sha256)?;
-        let mut draft = self.draft()?;
-        let path = draft.path().to_owned();
-        let is_there = self.read_rows(sha256, |bytes| {
-            draft.write_all(bytes).map_err(BlobFault::at("copying a file to", &path))
-        })?;
-        if !is_there {
-            return Err(DamagedFile { damage: Damage::Missing, ..damaged }.into());
-        }
-        if draft.sha256() != sha256 {
-            let damage = Damage::Other { length: draft.length(), sha256: draft.sha256() };
-            return Err(DamagedFile { damage, ..damaged }.into());
-        }
-        self.keep_here(draft).map(drop)
-    }
-
-    /// Reads the rows of a file; `false` if there are none.
-    #[cfg_attr(
-        not(feature = "scale-out"),
-        expect(unused_variables, clippy::unnecessary_wraps, reason = "there are no such rows")
-    )]
-    fn read_rows(
-        &self,
-        sha256: &str,
-        each: impl FnMut(&[u8]) -> Result<(), BlobFault>,
-    ) -> Result<bool, BlobFault> {
-        match &self.rows {
-            None => Ok(false),
-            #[cfg(feature = "scale-out")]
-            Some(rows) => rows.read(sha256, each),
-            #[cfg(not(feature = "scale-out"))]
-            Some(never) => match *never {},
         }
     }
 

@@ -182,7 +182,7 @@ impl Instance {
             done.map(drop)
         };
         if let Err(fault) = self.presence.within(LEFT_WITHIN, left).await {
-            tracing::warn!(error = %fault, "the other services are not told that this one stops");
+            tracing::warn!(error = %fault, "this service stops, and could not say so to the other services");
         }
         let _in_time = tokio::time::timeout(LEFT_WITHIN, self.connections.close()).await;
     }

@@ -30,8 +30,8 @@ const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
 const READ_WITHIN: Duration = Duration::from_secs(40);
 const WRITE_WITHIN: Duration = Duration::from_secs(40);
 
-/// What the server is told about every session: when it gives up a statement, the wait for a lock and a transaction in
-/// which nothing happens, and after which silence it takes the other end for dead.
+/// Settings of every session at the server. They limit the time of a statement, the wait for a lock and an idle
+/// transaction. They also say how long the service may be silent until the server closes the session.
 const LIMITS: [(&str, &str); 6] = [
     ("statement_timeout", "30s"),
     ("lock_timeout", "10s"),

@@ -40,7 +40,7 @@ const QUIET_LOOKS: u32 = 6;
 const GATE_PAUSE: Duration = Duration::from_micros(50);
 /// Looks at which nothing happens after which a second passes.
 const PATIENT_LOOKS: u32 = 80;
-/// A service that has not settled after so many looks and this time does not settle at all.
+/// The test fails if the service has not settled after this number of looks and this time.
 const MOST_LOOKS: u32 = 20_000;
 const LONGEST_SETTLING: Duration = Duration::from_mins(2);
 

@@ -82,7 +82,7 @@ impl Interpreter {
         true
     }
 
-    /// Whether cycles may make so many more strokes than they have blocks.
+    /// Whether the cycles of the program may make this number of further strokes.
     pub(super) fn may_repeat(&self, strokes: u32) -> bool {
         self.further_strokes.saturating_add(strokes) <= MAX_FURTHER_STROKES
     }

@@ -56,7 +56,7 @@ impl InterpreterOptions {
 
 /// A control that reads a program batch after batch, in the program's order.
 ///
-/// It starts in G90 G94 G17 G40 G49, with the modes, the unit, the work offset and the positions that the caller states. After a
+/// It starts in G90 G94 G17 G40 G49. The caller states other modes, the unit, the work offset and the positions. After a
 /// call (M98, G65, an O word's `call`) every modal group is unknown until a word sets it again. Every position is
 /// unknown until an absolute word states it.
 #[derive(Debug, Clone)]

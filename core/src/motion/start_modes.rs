@@ -17,7 +17,7 @@ pub struct StartModes {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StartCodesFault {
     /// Another word than the codes below.
-    #[error("{0:?} is none of G0 G1 G17 G18 G19 G90 G91 G94 G95")]
+    #[error("{0:?} is not allowed here; the codes are G0 G1 G17 G18 G19 G90 G91 G94 G95")]
     NoMode(String),
     /// Two codes of one group.
     #[error("{0:?} is of the same group as a code before it")]

@@ -141,7 +141,7 @@ fn describe_forms(operation: &mut Map<String, Value>, schemas: &mut Map<String, 
         encoding.insert(field.clone(), json!({ "contentType": kind }));
         let example = match field.as_str() {
             "parameters" => Some(&json!({})),
-            // An empty part is none.
+            // The service takes an empty part for a part that is not there.
             _ if is_text => Some(&json!("")),
             _ => examples.get(field),
         };

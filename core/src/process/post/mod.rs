@@ -5,9 +5,11 @@ mod arc;
 mod parameters;
 mod points;
 mod read_back;
+mod report;
 mod run;
 mod statement;
 mod write;
 
 pub use parameters::{PostForm, PostParameters};
-pub use run::{PostReport, post};
+pub use report::PostReport;
+pub use run::post;
