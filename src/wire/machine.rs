@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CalibrationLimits, Drives, Fault, FaultList, Fixed, PlaneRule, PlaneSolution, ProgramUnit, WorkOffsets,
+    CalibrationLimits, Drives, Fault, FaultList, Fixed, MachineCoordinates, PlaneRule, PlaneSolution,
+    ProgramUnit, WorkOffsets,
 };
 use crate::description::ToSchema;
 use crate::geometry::Vec3;
@@ -48,6 +49,9 @@ pub struct MachineProfile {
     /// Which of the two solutions of a tilted plane the control takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane_solution: Option<PlaneSolution>,
+    /// Where machine coordinates (G53, SUPA, M91) and reference positions (G28, G30) are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine_coordinates: Option<MachineCoordinates>,
     /// The builder's serial number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "1138-5519", min_length = 1, max_length = 200)]
@@ -220,7 +224,11 @@ impl MachineProfile {
         }
         self.work_offsets_mm = self.work_offsets_mm.map(WorkOffsets::without_negative_zeros);
         let solution = self.plane_solution.as_ref().map(solution_of);
-        machine.map(|machine| (self, machine.with_plane_solution(solution))).ok_or_else(Vec::new)
+        let axes = letters.iter().map(|letter| letter.as_char()).collect::<Vec<_>>();
+        let coordinates = self.machine_coordinates.as_ref().map(|stated| stated.to_core(&axes));
+        let machine = machine
+            .map(|machine| machine.with_plane_solution(solution).with_machine_coordinates(coordinates));
+        machine.map(|machine| (self, machine)).ok_or_else(Vec::new)
     }
 
     /// The letters of the axes. An unknown letter is replaced by one that no other axis has, so that the rest
@@ -316,6 +324,7 @@ impl From<&MachineParts> for MachineProfile {
             max_feed_mm_per_min: None,
             block_time_ms: None,
             plane_solution: None,
+            machine_coordinates: None,
             serial_number: None,
             asset_id: None,
             calibration_due_days: None,

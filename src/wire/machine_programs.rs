@@ -134,6 +134,11 @@ impl MachineProfile {
             let letters = self.kinematics.rotary_axes.iter().map(|axis| axis.name.as_str());
             limits.check("/calibration_limits", &letters, faults);
         }
+        if let Some(coordinates) = &self.machine_coordinates {
+            let letters: Vec<_> =
+                self.kinematics.rotary_axes.iter().map(|axis| axis.name.as_str()).take(2).collect();
+            coordinates.check(&letters, faults);
+        }
         let axes = || self.kinematics.rotary_axes.iter().map(|axis| axis.name.as_str());
         if let Some(PlaneSolution { axis: Some(axis), .. }) = &self.plane_solution
             && !axes().any(|name| name == axis)

@@ -20,6 +20,7 @@ mod job;
 mod job_path;
 mod kinematics;
 mod machine;
+mod machine_coordinates;
 mod machine_programs;
 mod nominal_surface;
 mod numbers;
@@ -100,6 +101,7 @@ pub use machine::{
     Kinematics, LinearLimits, LocationErrorDoc, MachineDocument, MachineProfile, RotaryAxisDoc, SideDoc,
     SquarenessDoc,
 };
+pub use machine_coordinates::MachineCoordinates;
 pub use machine_programs::{PlaneRule, PlaneSolution, ProgramUnit};
 pub use nominal_surface::{AnySurface, FormulaKind, NominalSurfaceDoc};
 pub use numbers::Fixed;

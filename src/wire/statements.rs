@@ -34,11 +34,10 @@ macro_rules! program_parameters {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = json!([0.0, 0.0, 0.0]))]
             pub work_offset_mm: Option<$crate::wire::Fixed<3>>,
-            /// The origin for each work offset that the program names. In a query one parameter for each:
-            /// `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
+            /// Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
-            /// Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+            /// Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
             /// the machine's tool table is used.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub tool_length_mm: Option<f64>,

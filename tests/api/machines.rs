@@ -322,6 +322,10 @@ fn with_programs() -> Value {
         ("max_feed_mm_per_min", json!(15_000)),
         ("block_time_ms", json!(0.4)),
         ("plane_solution", json!({"rule": "positive-first", "axis": "C"})),
+        (
+            "machine_coordinates",
+            json!({"zero_mm": [0, 0, 640], "tool_length_counts": false, "reference_positions": [{"A": -90, "X": 12.5}]}),
+        ),
         ("serial_number", json!("1138-5519")),
         ("asset_id", json!("EQ 4711 Ä")),
         ("calibration_due_days", json!(0.5)),
@@ -332,13 +336,14 @@ fn with_programs() -> Value {
     profile
 }
 
-const OF_PROGRAMS: [&str; 10] = [
+const OF_PROGRAMS: [&str; 11] = [
     "program_unit",
     "start_codes",
     "work_offsets_mm",
     "max_feed_mm_per_min",
     "block_time_ms",
     "plane_solution",
+    "machine_coordinates",
     "serial_number",
     "asset_id",
     "calibration_due_days",
@@ -403,7 +408,7 @@ async fn only_the_example_says_in_which_unit_its_programs_are() {
 #[tokio::test]
 async fn every_fault_of_what_a_profile_says_of_programs_is_named() {
     let app = spawn().await;
-    let cases: [(&str, Value, &[&str]); 22] = [
+    let cases: [(&str, Value, &[&str]); 26] = [
         ("max_feed_mm_per_min", json!(0), &["/max_feed_mm_per_min"]),
         ("max_feed_mm_per_min", json!(1_000_001), &["/max_feed_mm_per_min"]),
         ("block_time_ms", json!(0), &["/block_time_ms"]),
@@ -436,6 +441,22 @@ async fn every_fault_of_what_a_profile_says_of_programs_is_named() {
         ("name", json!("a\tb"), &["/name"]),
         ("block_time_ms", json!(1e300), &["/block_time_ms"]),
         ("work_offsets_mm", json!({"G54": [-1e308, 0, 0]}), &["/work_offsets_mm/G54/0"]),
+        ("machine_coordinates", json!({"zero_mm": [0, 0, 1e6]}), &["/machine_coordinates/zero_mm/2"]),
+        (
+            "machine_coordinates",
+            json!({"zero_mm": [0, 0, 0], "reference_positions": [{"X": 0}, {"B": 0, "Z": 1e9}]}),
+            &["/machine_coordinates/reference_positions/1/B", "/machine_coordinates/reference_positions/1/Z"],
+        ),
+        (
+            "machine_coordinates",
+            json!({"zero_mm": [0, 0, 0], "reference_positions": [{}, {}, {}, {}, {}]}),
+            &["/machine_coordinates/reference_positions"],
+        ),
+        (
+            "machine_coordinates",
+            json!({"zero_mm": [0, 0, 0], "reference_positions": [{"x/": 0}]}),
+            &["/machine_coordinates/reference_positions/0/x~1"],
+        ),
         ("start_codes", json!("G1 G2"), &["/start_codes"]),
         ("start_codes", json!("G0 G1"), &["/start_codes"]),
     ];
@@ -446,7 +467,10 @@ async fn every_fault_of_what_a_profile_says_of_programs_is_named() {
         assert_eq!(pointers(&body), expected, "{name}: {body}");
     }
     let many: serde_json::Map<_, _> = (0..401).map(|k| (format!("G{k}"), json!([0, 0, 0]))).collect();
-    let cases: [(&str, Value, &str); 9] = [
+    let cases: [(&str, Value, &str); 12] = [
+        ("machine_coordinates", json!({}), "/machine_coordinates/zero_mm"),
+        ("machine_coordinates", json!({"zero_mm": [0, 0]}), "/machine_coordinates/zero_mm"),
+        ("machine_coordinates", json!({"zero_mm": [0, 0, 0], "length": true}), "/machine_coordinates/length"),
         ("program_unit", json!("cm"), "/program_unit"),
         ("work_offsets_mm", json!([0, 0, 0]), "/work_offsets_mm"),
         ("work_offsets_mm", json!({"G54": [0, 0]}), "/work_offsets_mm/G54"),

@@ -229,7 +229,8 @@ fn follow_with(text: &[u8], machine: &Machine, options: InterpreterOptions) -> (
 fn the_impeller_is_followed_from_end_to_end() {
     let Some(folder) = shared_file("programs") else { return };
     let text = std::fs::read(folder.join("5axis/linuxcnc_impeller_xyzac_tcp_g93.ngc")).unwrap();
-    let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::in_mm() };
+    let stated =
+        InterpreterOptions { interpolation: Some(Interpolation::Tcp), ..InterpreterOptions::in_mm() };
     let (motions, diagnostics) =
         follow_with(&text, &tables([RotaryLetter::A, RotaryLetter::C], false), stated);
     assert_eq!(diagnostics.kept(), []);

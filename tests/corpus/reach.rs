@@ -8,10 +8,13 @@ use std::fmt::Write as _;
 use std::io::{self, Read};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use trunnion::kinematics::Setup;
-use trunnion::machine::{PlaneRule, PlaneSolution, RotaryLetter};
-use trunnion::motion::{Interpolation, StartModes, Unfollowable};
+use trunnion::machine::{
+    MAX_REFERENCE_POSITIONS, MachineCoordinates, PlaneRule, PlaneSolution, RotaryLetter,
+};
+use trunnion::motion::{Interpolation, StartModes, Unfollowable, WorkOffset, WorkOffsets};
 use trunnion::process::{
     Interpreted, OpenSubprogram, ProgramSetup, ProgramSource, StartPosition, interpret_program,
 };
@@ -128,13 +131,39 @@ fn start_codes(name: &str) -> &'static str {
     if Path::new(name).extension().is_some_and(|extension| extension == "mpf") { "G1" } else { "" }
 }
 
+/// The work offsets that the request states.
+const OFFSETS: [&str; 16] = [
+    "G54", "G55", "G56", "G57", "G58", "G59", "G54.1 P1", "G54.1 P2", "G54.1 P3", "G500", "G505", "G506",
+    "PRESET 1", "PRESET 2", "G15 H1", "G15 H2",
+];
+
 fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
     let solution = PlaneSolution { rule: PlaneRule::Shortest, axis: None };
-    let machine = tables(letters(text), false).with_plane_solution(Some(solution));
+    let coordinates = MachineCoordinates {
+        zero_mm: [0.0; 3],
+        length_counts: Some(false),
+        references: vec![[Some(0.0); 5]; MAX_REFERENCE_POSITIONS],
+    };
+    let machine = tables(letters(text), false)
+        .with_plane_solution(Some(solution))
+        .with_machine_coordinates(Some(coordinates));
     let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
     let start_modes = StartModes::from_codes(start_codes(&name)).unwrap();
-    let program =
-        ProgramSetup { start, start_modes, interpolation: stated(text), ..in_mm(&Setup::default()) };
+    let program = ProgramSetup {
+        start,
+        start_modes,
+        interpolation: stated(text),
+        work_offsets: Arc::new(WorkOffsets {
+            only_mm: Some([0.0; 3]),
+            named_mm: OFFSETS
+                .iter()
+                .filter_map(|name| WorkOffset::from_name(name))
+                .map(|name| (name, [0.0; 3]))
+                .collect(),
+            ..WorkOffsets::default()
+        }),
+        ..in_mm(&Setup::default())
+    };
     let (mut followed, mut only_retracts) = (0, true);
     let mut in_the_way: BTreeMap<String, u64> = BTreeMap::new();
     let mut take = |told: &Interpreted| {

@@ -18,6 +18,7 @@ mod hostile_surfaces;
 mod idempotence;
 mod inverse;
 mod location_errors;
+mod machine_coordinates;
 mod machines;
 mod numbering;
 mod numbers;

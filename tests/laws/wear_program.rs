@@ -613,6 +613,21 @@ fn a_block_in_machine_coordinates_brings_back_only_the_axes_that_it_places() {
     }
 }
 
+/// Under control of the tip, an axis of the machine moves the tip in all three of X Y Z. A place of the machine then
+/// leaves none of them known, and no word that the source does not have is written.
+#[test]
+fn under_control_of_the_tip_a_place_of_the_machine_leaves_no_word_known() {
+    let worn = WearParameters::new(tool(5.0, 5.0), WornCutter::Tool(tool(4.9, 4.9)), at_zero());
+    for there in ["G53 Z0", "G91 G28 Z0\nG90", "G30 P2 Z0"] {
+        let text = format!(
+            "G21 G90 G94 G54 G17\nG0 X0 Y0 Z100 A30 C0\nG43.4 H1\nG0 X1 Y2 Z50\nG1 X5 Y2 Z10 U5 V7 W10 F500\n\
+             X6 Y3 Z10 U6 V8 W10\n{there}\nG1 Z12 U6 V8 W12 F500\nX8\nG49\nM30\n"
+        );
+        let fault = plain(&worn, &text).expect_err("X and Y are not known");
+        assert!(fault.to_string().contains("position"), "{there}: {fault}");
+    }
+}
+
 #[test]
 fn a_rapid_that_hands_over_to_a_cut_ends_where_the_cut_begins() {
     // The table turns by so little that the shifts at both ends are alike.

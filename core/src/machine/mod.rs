@@ -3,6 +3,7 @@
 
 mod fault;
 mod location_error;
+mod machine_coordinates;
 mod plane_solution;
 mod presets;
 mod profile;
@@ -11,6 +12,7 @@ mod tool;
 
 pub use fault::{AxisField, MachineFault, Motion, ProfileField};
 pub use location_error::{LocationError, Squareness};
+pub use machine_coordinates::{MAX_REFERENCE_POSITIONS, MachineCoordinates};
 pub use plane_solution::{PlaneRule, PlaneSolution};
 pub use presets::{EXAMPLE_ID, PRESETS, Preset};
 pub use profile::{Machine, MachineParts};

@@ -1,8 +1,8 @@
 //! A complete, checked machine.
 
 use super::{
-    AxisField, LocationError, MachineFault, Motion, PlaneSolution, ProfileField, RotaryAxis, Squareness,
-    Travel,
+    AxisField, LocationError, MachineCoordinates, MachineFault, Motion, PlaneSolution, ProfileField,
+    RotaryAxis, Squareness, Travel,
 };
 use crate::geometry::{RigidMotion, Screw, Vec3, angle_between};
 
@@ -31,6 +31,7 @@ pub struct Machine {
     squareness: Squareness,
     interpolation_period_s: f64,
     plane_solution: Option<PlaneSolution>,
+    coordinates: Option<MachineCoordinates>,
 }
 
 impl Machine {
@@ -95,6 +96,7 @@ impl Machine {
             squareness: parts.squareness,
             interpolation_period_s: parts.interpolation_period_s,
             plane_solution: None,
+            coordinates: None,
         };
         machine.check_pointing(&mut faults);
         if faults.is_empty() { Ok(machine) } else { Err(faults) }
@@ -110,6 +112,18 @@ impl Machine {
     #[must_use]
     pub fn plane_solution(&self) -> Option<PlaneSolution> {
         self.plane_solution
+    }
+
+    /// The same machine, whose control counts machine coordinates in this way.
+    #[must_use]
+    pub fn with_machine_coordinates(self, coordinates: Option<MachineCoordinates>) -> Self {
+        Self { coordinates, ..self }
+    }
+
+    /// Where the control's machine coordinates count from; `None` if this is not stated.
+    #[must_use]
+    pub fn machine_coordinates(&self) -> Option<&MachineCoordinates> {
+        self.coordinates.as_ref()
     }
 
     /// The shop's name for the machine.

@@ -50,6 +50,7 @@ impl Interpreter {
         if self.block.has(Address::O) && self.has_motions() {
             self.forget_all();
         }
+        let may_be_skipped = block.flags.has(BlockFlags::DELETE);
         let mut reason = self.block_reason(batch, block, diagnostics);
         let before = self.modal;
         let [.., first, second] = self.position.axes;
@@ -78,6 +79,9 @@ impl Interpreter {
             action = Some(Action::Call);
         }
         self.find_obstacle();
+        if self.height.is_some() && action.is_none() && !may_be_skipped {
+            self.keep_height();
+        }
         if self.this_block.flow
             || (self.block.has_m(self.rules, MFunction::Return) && self.block.has(Address::P))
         {
@@ -129,10 +133,13 @@ impl Interpreter {
         match action {
             None if one_shot.is_some() => {
                 self.set_feed();
+                if self.move_in_machine(index, block, reason, motions) {
+                    return;
+                }
                 if axis_words != 0 {
                     self.move_axes(index, block, one_shot, motions);
                 }
-                self.forget_named(self.block.present);
+                self.forget_moved(self.block.present);
             }
             None => self.move_axes(index, block, reason, motions),
             // F of a dwell may be a time.
@@ -154,14 +161,17 @@ impl Interpreter {
             }
             Some(Action::Reference) => {
                 self.set_feed();
-                self.pass_point(index, block, reason.or(one_shot), motions);
+                let is_passed = self.pass_point(index, block, reason.or(one_shot), motions);
+                if is_passed && self.move_to_reference(index, block, motions) {
+                    return;
+                }
                 self.opaque(index, block, Unfollowable::Reference, motions);
                 // On some controls U V W name the linear axes incrementally.
                 let incremental = Address::U.bit() | Address::V.bit() | Address::W.bit();
                 if axis_words == 0 || self.block.present & incremental != 0 {
                     self.position.forget_axes();
                 } else {
-                    self.forget_named(axis_words);
+                    self.forget_moved(axis_words);
                 }
             }
             Some(Action::Elsewhere) => {

@@ -111,7 +111,11 @@ impl Interpreter {
                     }
                     also(&mut action, Action::Consume);
                 }
-                Meaning::MachineCoordinates => counts_elsewhere = Some(Unfollowable::MachineCoordinates),
+                Meaning::MachineCoordinates => {
+                    counts_elsewhere = Some(Unfollowable::MachineCoordinates);
+                    self.this_block.from_machine_zero = true;
+                }
+                Meaning::NearMachineZero => counts_elsewhere = Some(Unfollowable::MachineCoordinates),
                 Meaning::OffsetByHHere => counts_elsewhere = Some(self.offset_here()),
                 Meaning::Reference => also(&mut action, Action::Reference),
                 Meaning::Elsewhere => also(&mut action, Action::Elsewhere),
@@ -202,7 +206,7 @@ impl Interpreter {
             }
             // A repeated TRAORI or TRAFOOF changes nothing.
             Meaning::SwitchTip(length) => self.switch_tip(length),
-            Meaning::LengthAlongTool if self.axes.has_head_axis() && !self.options.interpolation_stated => {
+            Meaning::LengthAlongTool if self.axes.has_head_axis() && self.options.interpolation.is_none() => {
                 self.lose_tool_length();
             }
             Meaning::LengthAlongTool => self.set_tool_length(ToolLength::Plain),

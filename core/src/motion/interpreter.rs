@@ -4,6 +4,7 @@ use super::block_words::BlockWords;
 use super::course::Course;
 use super::dialect::{MotionRules, ToolWords};
 use super::machine_axes::MachineAxes;
+use super::machine_place::SpindleHeight;
 use super::modal::{Modal, MotionMode, ToolLength};
 use super::position::Position;
 use super::sections::Sections;
@@ -11,9 +12,9 @@ use super::spindle::ToolsNamed;
 use super::start_modes::StartModes;
 use super::statements::ThisBlock;
 use super::unit::ProgramUnit;
-use super::{Decimals, Motion, Unfollowable, WorkOffset, WorkOffsets};
+use super::{Decimals, Interpolation, Motion, ToolLengths, Unfollowable, WorkOffset, WorkOffsets};
 use crate::kinematics::PlaneAxes;
-use crate::machine::Machine;
+use crate::machine::{Machine, MachineCoordinates};
 use crate::program::{
     Address, Batch, Block, BlockFlags, BlockKind, ByteSpan, Code, Constants, Diagnostic, DiagnosticCode,
     Diagnostics, Dialect, Excerpt, Keyword, PlaceInFile, WordForm,
@@ -27,8 +28,8 @@ pub struct InterpreterOptions {
     /// Feed in G94 before the first F word [mm/min]. Motions take it rounded to few decimals of the program's unit. It
     /// is not used if an F is given whose number is not known or no longer holds.
     pub feed_mm_per_min: Option<f64>,
-    /// Whether the caller states what the control interpolates. Motions after M428 to M430 can be followed then.
-    pub interpolation_stated: bool,
+    /// What the control interpolates, if the caller states it. Motions after M428 to M430 can be followed then.
+    pub interpolation: Option<Interpolation>,
     /// The unit of a program that does not state one. Tables always count in millimetres.
     pub unit: Option<LengthUnit>,
     /// The modes before the first block, in dialects whose motions are modal.
@@ -38,6 +39,8 @@ pub struct InterpreterOptions {
     pub start: [Option<f64>; 5],
     /// The positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
+    /// The lengths of the tools.
+    pub tool_lengths: Arc<ToolLengths>,
     /// The points of cutter location data under `CUTCOM/` are places of the cutter's centre: the control need not
     /// compensate for its radius.
     pub cutcom_at_centre: bool,
@@ -72,6 +75,10 @@ pub struct Interpreter {
     pub(super) axes: MachineAxes,
     /// How the control turns the rotary axes to a tilted plane; `None` if the profile does not say so.
     pub(super) planes: Option<Arc<PlaneAxes>>,
+    /// Where the control's machine coordinates count from; `None` if the profile does not say so.
+    pub(super) machine_coordinates: Option<Arc<MachineCoordinates>>,
+    /// The height of the spindle behind a motion in machine coordinates, until it moves.
+    pub(super) height: Option<SpindleHeight>,
     /// The work offset of the first complete point.
     pub(super) only_offset: Option<WorkOffset>,
     /// The unit in which the program counts, and its source.
@@ -123,6 +130,8 @@ impl Interpreter {
             obstacle: None,
             axes: MachineAxes::of(machine),
             planes: PlaneAxes::of(machine).map(Arc::new),
+            machine_coordinates: machine.machine_coordinates().cloned().map(Arc::new),
+            height: None,
             only_offset: None,
             program_unit: ProgramUnit::default(),
             line: 0,
@@ -319,6 +328,7 @@ impl Interpreter {
         if self.rules.counts_points {
             self.course.count_points(&self.block);
         }
+        self.check_height();
         let may_be_skipped = block.flags.has(BlockFlags::DELETE);
         match self.rules.tool_words {
             ToolWords::LengthByH => self.take_length_word(may_be_skipped),

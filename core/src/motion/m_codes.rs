@@ -15,13 +15,17 @@ impl Interpreter {
                 MFunction::Call => called = true,
                 MFunction::ToolChange => {
                     self.position.forget_linear();
+                    self.height = None;
                     self.modal.edge = None;
                 }
                 MFunction::KinematicsSwitch => {
                     self.position.forget_linear();
-                    self.modal.kinematics_switched |= !self.options.interpolation_stated;
+                    self.modal.kinematics_switched |= self.options.interpolation.is_none();
                 }
-                MFunction::MachineCoordinates => self.this_block.machine_coordinates = true,
+                MFunction::MachineCoordinates => {
+                    (self.this_block.machine_coordinates, self.this_block.from_machine_zero) = (true, true);
+                }
+                MFunction::OtherCoordinates => self.this_block.machine_coordinates = true,
                 MFunction::CycleCall => {
                     self.this_block.runs_cycle = true;
                     self.modal.macro_call = Some(false);

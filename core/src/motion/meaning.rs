@@ -20,8 +20,10 @@ pub(super) enum MFunction {
     KinematicsSwitch,
     ExtruderAbsolute,
     ExtruderRelative,
-    /// The axis words of the block count from another place.
+    /// The axis words of the block count from the zero of the machine.
     MachineCoordinates,
+    /// The axis words of the block count from another place.
+    OtherCoordinates,
     /// A cycle runs at the block's end. A modal cycle runs at every motion from here on.
     CycleCall,
     CycleModal,
@@ -184,8 +186,10 @@ pub(super) enum Meaning {
     EndShift,
     /// Another change of the zero.
     OtherShift,
-    /// G53.
+    /// G53, SUPA: the block counts from the zero of the machine.
     MachineCoordinates,
+    /// The block counts from a place near it: an offset stays that the text does not state.
+    NearMachineZero,
     /// G28, G30: the named axes go to a reference position.
     Reference,
     /// Moves axes that are not named.

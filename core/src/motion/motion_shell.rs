@@ -33,6 +33,7 @@ impl Interpreter {
             vector_start: None,
             program_offset_mm: self.modal.program_offset_mm,
             frame: None,
+            in_machine: false,
             repeats: false,
             contact: ContactWords::None,
             feed: self.feed(),

@@ -115,6 +115,9 @@ pub struct Motion {
     pub decimals: Decimals,
     /// The most decimals seen so far in the program (posts strip trailing zeros).
     pub program_decimals: Decimals,
+    /// The block states its places in machine coordinates, or goes to a reference position. Only motions of a program
+    /// that is followed as it runs do so.
+    pub in_machine: bool,
     /// The reason why the motion has to be left unchanged, if there is one.
     pub unfollowable: Option<Unfollowable>,
     /// The work offset is not the one of the program's first complete point, and no one has stated where it is. Or it

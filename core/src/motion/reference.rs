@@ -12,15 +12,15 @@ const WORDS: u32 =
     AXES | Address::P.bit() | Address::S.bit() | Address::N.bit() | Address::T.bit() | Address::D.bit();
 
 impl Interpreter {
-    /// The way to the point of the words, at rapid traverse, if it is certain and the axes are not there already. The
-    /// way from there to the reference position is not in the text.
+    /// The way to the point of the words, at rapid traverse, if it is certain and the axes are not there already.
+    /// Returns whether the axes go on from that point, so that no other way is possible.
     pub(super) fn pass_point(
         &mut self,
         index: usize,
         block: &Block,
         reason: Option<Unfollowable>,
         motions: &mut Vec<Motion>,
-    ) {
+    ) -> bool {
         let words = &self.block;
         let present = words.present;
         let is_certain = self.options.as_it_runs
@@ -39,7 +39,7 @@ impl Interpreter {
         let is_zero = |address: Address| self.block.value(address).is_none_or(|value| value.abs() <= 0.0);
         let is_home = self.modal.incremental == Some(false) && self.axes.all().into_iter().all(is_zero);
         if !is_certain || is_home {
-            return;
+            return false;
         }
         let (before, start) = (self.position.axes, self.position.axis_words());
         self.take_axis_words();
@@ -51,7 +51,7 @@ impl Interpreter {
             is_known &= to.is_some();
         });
         if !(moves && is_known) {
-            return;
+            return true;
         }
         let mut motion = self.motion_shell(index, block, MotionKind::Rapid);
         motion.start = start;
@@ -59,5 +59,6 @@ impl Interpreter {
         motion.linear_end_mm = self.position.linear_mm();
         self.note_offset(&mut motion);
         motions.push(motion);
+        true
     }
 }

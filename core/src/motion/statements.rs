@@ -16,8 +16,10 @@ use crate::program::Address;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about one block")]
 pub(super) struct ThisBlock {
-    /// M91: machine coordinates.
+    /// M91, M92: other coordinates than those of the program.
     pub(super) machine_coordinates: bool,
+    /// The block counts from the zero of the machine.
+    pub(super) from_machine_zero: bool,
     /// A cycle runs where the block ends.
     pub(super) runs_cycle: bool,
     /// The program ends here.

@@ -467,7 +467,8 @@ fn a_return_is_one_opaque_motion_of_unknown_ends() {
 #[test]
 fn a_user_code_that_switches_the_kinematics_needs_the_interpolation_stated() {
     const SWITCHED: Option<Unfollowable> = Some(Unfollowable::KinematicsSwitched);
-    let stated = InterpreterOptions { interpolation_stated: true, ..InterpreterOptions::in_mm() };
+    let stated =
+        InterpreterOptions { interpolation: Some(Interpolation::Tcp), ..InterpreterOptions::in_mm() };
     for code in [
         "M428",
         "M429",

@@ -195,9 +195,11 @@ impl Unfollowable {
             }
             Self::BlockDelete => "Remove the `/` or the block",
             Self::CutterCompensation => "Post the path of the cutter without radius compensation",
-            Self::TiltedPlane => "Post the program without a tilted plane",
+            Self::TiltedPlane => {
+                "State `plane_solution` in the profile for an operation that only reads, or post the program without a tilted plane"
+            }
             Self::PlaneSolution => {
-                "State plane_solution with its axis in the profile, and the rotary positions before the plane"
+                "State `plane_solution` with its axis in the profile, and the rotary positions before the plane; if both are stated, the travels of the rotary axes do not reach the plane"
             }
             Self::InPlane => "Post the motions of the plane with tool-centre-point control",
             Self::Transformation => "Post the program in plain workpiece coordinates",
@@ -208,13 +210,17 @@ impl Unfollowable {
                 "Post rotary words, or check whether the rotary axes reach this vector within their travel"
             }
             Self::Corner => "Post the corner as lines or arcs",
-            Self::MachineCoordinates => "Post the motion in workpiece coordinates",
+            Self::MachineCoordinates => {
+                "Post the motion in workpiece coordinates; operations that only read also follow it if the profile states `machine_coordinates`"
+            }
             Self::OffsetHere => "Select the work offset by G15 in a block before",
             Self::CannedCycle => "End the cycle before this motion, or post the motions of the cycle",
             Self::Spline => "Post it as lines",
             Self::SpecialMotion => "Post it as plain lines; put a thread into a program of its own",
             Self::Probing => "Probe in a program of its own",
-            Self::Reference => "Post the place with axis words",
+            Self::Reference => {
+                "Post the place with axis words; operations that only read also follow it if the profile states it in `machine_coordinates`"
+            }
             Self::Call => "Replace the call by the blocks that it runs",
             Self::Return => "Post the program without subprograms",
             Self::UnknownCode => "Remove the code if the machine does not need it",

@@ -113,7 +113,9 @@ impl Interpreter {
         let meanings = (0..self.block.g_codes().len()).map(|index| self.meaning(index));
         let is_free = |meaning: Meaning| match meaning {
             Meaning::Units(_) => true,
-            Meaning::Reference | Meaning::MachineCoordinates => self.has_zeros_alone(),
+            Meaning::Reference | Meaning::MachineCoordinates | Meaning::NearMachineZero => {
+                self.has_zeros_alone()
+            }
             _ => false,
         };
         self.block.g_codes().contains(&DWELL) || meanings.into_iter().any(is_free)

@@ -69,6 +69,7 @@ export interface MachineProfile {
   serial_number?: string | null;
   asset_id?: string | null;
   plane_solution?: unknown;
+  machine_coordinates?: unknown;
   drives?: Partial<Record<Axis, Drive | null>> | null;
 }
 

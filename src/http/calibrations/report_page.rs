@@ -22,13 +22,12 @@ pub(super) async fn page(app: &AppState, run: CalibrationRow) -> Result<String, 
     let uses = app.store.calibration_uses(&run.document.machine_id, &run.document.id).await?;
     let figures = residuals(app, &run, None).await?;
     let CalibrationRow { document, run, .. } = run;
-    let (bars, text) = app
-        .compute
-        .run(move |_stop| {
-            let bars = document.ball_bar.as_ref().map(|_found| eccentricities(&document));
-            Ok::<_, Problem>((bars, report(&document, &run, measured, current.as_ref(), &uses)?))
-        })
-        .await??;
+    let work = app.compute.run(move |_stop| {
+        let bars = document.ball_bar.as_ref().map(|_found| eccentricities(&document));
+        Ok::<_, Problem>((bars, report(&document, &run, measured, current.as_ref(), &uses)?))
+    });
+    // Two profiles are in it.
+    let (bars, text) = Box::pin(work).await??;
     let figures = bars.iter().chain(&figures);
     let figures: Vec<String> = figures.map(|figure| format!("<figure>{figure}</figure>\n")).collect();
     Ok(format!("{text}\n{}\n</main></html>\n", section("Figures", &figures.concat())))

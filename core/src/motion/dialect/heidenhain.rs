@@ -34,8 +34,9 @@ fn m_function(tenths: u32) -> MFunction {
         20 | 300 => MFunction::End,
         60 => MFunction::ToolChange,
         890 => MFunction::CycleModal,
-        // M91 and M92 count from other places. M130 counts from the plane that is not tilted.
-        910 | 920 | 1300 => MFunction::MachineCoordinates,
+        910 => MFunction::MachineCoordinates,
+        // M92 counts from a place of the machine's builder, M130 from the plane that is not tilted.
+        920 | 1300 => MFunction::OtherCoordinates,
         940 => MFunction::ForgetRotary,
         990 => MFunction::CycleCall,
         1160 => MFunction::RotaryFeedInMm(true),

@@ -146,6 +146,11 @@ impl MotionRules {
         }
     }
 
+    /// Whether it is stated that no tool length is in force.
+    pub(super) fn has_no_length(&self, modal: &super::modal::Modal) -> bool {
+        self.tool_words == ToolWords::EdgeByTAndD && modal.edge == Some(0.0)
+    }
+
     /// The row of a dialect.
     #[inline]
     pub(super) const fn of(dialect: Dialect) -> &'static Self {

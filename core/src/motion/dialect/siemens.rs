@@ -63,7 +63,9 @@ fn g_meaning(tenths: u32) -> Meaning {
         // F is taken in the same unit.
         700 | 7000 => Units(MM_PER_INCH),
         710 | 7100 => Units(1.0),
-        530 | 1530 => MachineCoordinates,
+        // G53 leaves the basic frame in force, which no text states.
+        530 => Meaning::NearMachineZero,
+        1530 => MachineCoordinates,
         540 => WorkOffsetByP(OffsetCode::of_tenths(tenths)),
         550 | 560 | 570 | 5000 => WorkOffset(OffsetCode::of_tenths(tenths)),
         5050..=5990 if tenths.is_multiple_of(10) => WorkOffset(OffsetCode::of_tenths(tenths)),

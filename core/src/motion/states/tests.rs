@@ -203,8 +203,9 @@ fn g15_with_h_selects_a_work_coordinate_system() {
 #[test]
 fn a_length_along_the_tool_is_not_known_where_a_head_turns_it() {
     let text = "G43.1 H1\nG1 X0 Y0 Z0 B0 C0 F1000\nX80 B30\n";
-    let on = |id: &str, interpolation_stated: bool| {
-        let options = InterpreterOptions { interpolation_stated, ..InterpreterOptions::in_mm() };
+    let on = |id: &str, is_stated: bool| {
+        let interpolation = is_stated.then_some(Interpolation::Tcp);
+        let options = InterpreterOptions { interpolation, ..InterpreterOptions::in_mm() };
         let text = if id == "ac-table" { text.replace('B', "A") } else { text.to_owned() };
         reason(&motions_on(&machine(id), options, Dialect::Iso, &text))
     };

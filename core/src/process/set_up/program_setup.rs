@@ -103,12 +103,13 @@ impl ProgramSetup {
         let ([x, y, z], [first, second]) = (self.start.linear_mm, self.start.rotary_deg);
         InterpreterOptions {
             feed_mm_per_min: self.feed.map(Feedrate::mm_per_min),
-            interpolation_stated: self.interpolation.is_some(),
+            interpolation: self.interpolation,
             cutcom_at_centre: self.cutcom_at_centre,
             unit: self.unit,
             start_modes: self.start_modes,
             start: [x, y, z, first, second],
             work_offsets: Arc::clone(&self.work_offsets),
+            tool_lengths: self.tools.lengths(),
             as_it_runs: false,
         }
     }

@@ -56,6 +56,11 @@ impl ToolTable {
         self.unfit.get(self.by_key.get(&key)?)
     }
 
+    /// The numbers and names by which programs call its tools.
+    pub(in crate::process) fn keys(&self) -> impl Iterator<Item = ToolKey> + '_ {
+        self.by_key.keys().copied()
+    }
+
     /// Whether the table has no tool.
     #[must_use]
     pub fn is_empty(&self) -> bool {

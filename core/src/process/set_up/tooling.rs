@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::tool_table::{ListedTool, ToolTable};
 use super::tools_at_work::ToolsAtWork;
 use crate::machine::Tool;
-use crate::motion::{CalledTool, StatedCutter, ToolKey};
+use crate::motion::{CalledTool, StatedCutter, ToolKey, ToolLengths};
 use crate::process::fault::{CutterDifference, ToolUnknown, UnfitWear};
 use crate::units::Length;
 
@@ -26,6 +26,8 @@ pub struct Tools {
     shorter_by: Length,
     /// Which tool cuts in which section, after the program was looked through.
     by_section: Option<Arc<Tooling>>,
+    /// The lengths of the tools in the spindle, after the program was looked through.
+    lengths: Arc<ToolLengths>,
 }
 
 /// What the computation needs to know of a tool.
@@ -143,14 +145,44 @@ impl Tools {
         at_work: &ToolsAtWork,
     ) -> Result<Self, ToolUnknown> {
         let tooling = Tooling::of(self, stated, need, has_head, at_work)?;
-        Ok(Self { by_section: Some(Arc::new(tooling)), ..self.clone() })
+        let lengths = Arc::new(self.lengths_in_spindle(at_work));
+        Ok(Self { by_section: Some(Arc::new(tooling)), lengths, ..self.clone() })
+    }
+
+    /// The lengths of tools where the height of the spindle depends on them. The stated length is that of the tool
+    /// with the stated number, or of the only tool that cuts. It holds for no other tool.
+    fn lengths_in_spindle(&self, at_work: &ToolsAtWork) -> ToolLengths {
+        let own = Self { length: None, ..self.clone() };
+        let of = |given: &Self, key: Option<ToolKey>| {
+            ToolUsed::of(given, None, key.and_then(|key| self.table.find(key))).length.map(Length::mm)
+        };
+        let by_key_mm = self.table.keys().filter_map(|key| Some((key, of(&own, Some(key))?))).collect();
+        let only = match (self.number, at_work.tools.as_slice()) {
+            (Some(number), []) => {
+                let key = ToolKey::Number(number);
+                Some((CalledTool::NotCalled, Some(key)))
+            }
+            (Some(number), _) => {
+                let key = ToolKey::Number(number);
+                Some((CalledTool::Changed(key), Some(key)))
+            }
+            (None, [only]) => Some((*only, only.key())),
+            (None, _) => None,
+        };
+        let only = only.and_then(|(tool, key)| Some((tool, of(self, key)?)));
+        ToolLengths { by_key_mm, only, by_t: by_t(at_work) }
+    }
+
+    /// The lengths of tools where the height of the spindle depends on them.
+    pub(super) fn lengths(&self) -> Arc<ToolLengths> {
+        Arc::clone(&self.lengths)
     }
 
     /// The same with every length known to the control shorter by `shorter_by`.
     pub(super) fn with_shorter(&self, shorter_by: Length) -> Self {
         let mut tooling = Tooling::clone(&self.tooling());
         tooling.each(|used| used.length = used.length.map(|length| length - shorter_by));
-        Self { by_section: Some(Arc::new(tooling)), ..self.clone() }
+        Self { by_section: Some(Arc::new(tooling)), lengths: Arc::default(), ..self.clone() }
     }
 
     /// Whether the tools of the program's sections are known.

@@ -99,7 +99,9 @@ impl ProgramSetup {
         source: &dyn ProgramSource,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<Self, Fault> {
-        let counts_nothing = !need.cutter && !has_head(machine) && self.tools.table.is_empty();
+        let height_counts = machine.machine_coordinates().is_some() && self.tools.length.is_some();
+        let counts_nothing =
+            !need.cutter && !has_head(machine) && self.tools.table.is_empty() && !height_counts;
         if self.tools.are_resolved() || (counts_nothing && self.tools.number.is_none()) {
             return Ok(self.clone());
         }

@@ -124,7 +124,8 @@ impl RadiusPath {
             Standing::AsProgrammed => {}
             Standing::Beside(at_mm, plane) => {
                 let is_straight = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear);
-                let is_way_out = is_followed && is_straight && motion.end.is_some();
+                // The program does not say that the tool leaves the path in the plane on its way in machine coordinates.
+                let is_way_out = is_followed && is_straight && motion.end.is_some() && !motion.in_machine;
                 if let Some(start) = motion.start.filter(|_| is_way_out) {
                     motion.start = Some(in_plane(start, plane, at_mm));
                     self.standing = Standing::AsProgrammed;

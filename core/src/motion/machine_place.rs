@@ -1,0 +1,254 @@
+//! Motions in machine coordinates and to reference positions, on a machine whose owner states where these are.
+//!
+//! A control that reads G53 or SUPA moves its axes to the stated places, whatever the work offset is. The words of the
+//! program at such a place follow from the stated zero of the machine, the work offset and the length of the tool in
+//! the spindle. Only operations that read a program as it runs do this.
+
+use super::block_words::AXES;
+use super::interpreter::Interpreter;
+use super::modal::{MotionMode, ToolLength};
+use super::{CalledTool, Interpolation, Motion, MotionKind, Unfollowable};
+use crate::program::{Address, Block, Code};
+
+/// Z, along the tool with every axis at zero.
+const Z: usize = 2;
+const ACROSS_G17: u8 = 2;
+/// Words that a block in machine coordinates may have besides its codes.
+const WORDS: u32 = AXES
+    | Address::F.bit()
+    | Address::S.bit()
+    | Address::N.bit()
+    | Address::T.bit()
+    | Address::D.bit()
+    | Address::H.bit();
+/// G28, and G30 with the number of the position in P.
+const FIRST_REFERENCE: Code = Code::G(280);
+const NUMBERED_REFERENCE: Code = Code::G(300);
+
+/// The height at which a motion in machine coordinates has left the spindle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct SpindleHeight {
+    /// The word Z of the program there \[mm\], and Z of the program's zero in M.
+    word_mm: f64,
+    origin_mm: f64,
+    tool: CalledTool,
+}
+
+/// Where an axis of the program ends.
+#[derive(Debug, Clone, Copy)]
+enum AxisEnd {
+    /// Where it is.
+    Stays,
+    /// At this word \[mm, deg\].
+    At(f64),
+    /// At a word that depends on a length that is not known.
+    Unknown,
+}
+
+impl Interpreter {
+    /// The block after G53, SUPA or M91. Returns false, and changes nothing, if the motion is not followed.
+    pub(super) fn move_in_machine(
+        &mut self,
+        index: usize,
+        block: &Block,
+        reason: Option<Unfollowable>,
+        motions: &mut Vec<Motion>,
+    ) -> bool {
+        let kind = match self.modal.motion {
+            Some(MotionMode::Rapid) => MotionKind::Rapid,
+            Some(MotionMode::Linear) => MotionKind::Linear,
+            _ => return false,
+        };
+        let words = &self.block;
+        let present = words.present;
+        let is_certain = self.this_block.from_machine_zero
+            && reason.is_none()
+            && present & AXES != 0
+            && present & !WORDS == 0
+            && present & self.axes.foreign().bit() == 0
+            && (words.unknown | words.incremental) & present == 0
+            && words.comma == 0
+            && self.modal.incremental == Some(false);
+        let Some(scale) = self.modal.mm_per_unit.filter(|_| is_certain) else { return false };
+        let mut targets = [None; 5];
+        for (slot, address) in self.axes.all().into_iter().enumerate() {
+            targets[slot] = words.value(address).map(|value| if slot < 3 { value * scale } else { value });
+        }
+        let Some(ends) = self.words_in_machine(targets, self.counts_length()) else { return false };
+        for (slot, address) in self.axes.all().into_iter().enumerate() {
+            if targets[slot].is_some() {
+                self.position.decimals[slot] = self.block.decimals[address.index()];
+            }
+        }
+        let mut motion = self.motion_shell(index, block, kind);
+        motion.start = self.position.axis_words();
+        self.stand_in_machine(ends, &mut motion);
+        motions.push(motion);
+        true
+    }
+
+    /// The way of the named axes to the reference position of G28 or G30, behind the point of their words. Returns
+    /// false, and changes nothing, if it is not followed.
+    pub(super) fn move_to_reference(
+        &mut self,
+        index: usize,
+        block: &Block,
+        motions: &mut Vec<Motion>,
+    ) -> bool {
+        let Some(at) = self.reference_in_machine() else { return false };
+        let named = self.axes.all().map(|address| self.block.has(address));
+        let mut targets = at;
+        for (target, is_named) in targets.iter_mut().zip(named) {
+            *target = target.filter(|_| is_named);
+        }
+        if named.into_iter().zip(targets).any(|(is_named, target)| is_named && target.is_none()) {
+            return false;
+        }
+        let Some(ends) = self.words_in_machine(targets, Some(false)) else { return false };
+        let mut motion = self.motion_shell(index, block, MotionKind::Rapid);
+        motion.start = self.position.axis_words();
+        self.stand_in_machine(ends, &mut motion);
+        motions.push(motion);
+        true
+    }
+
+    /// The reference position that the block names, in machine coordinates.
+    fn reference_in_machine(&self) -> Option<[Option<f64>; 5]> {
+        let references = &self.machine_coordinates.as_ref()?.references;
+        let codes = self.block.g_codes();
+        let place = match (codes.contains(&FIRST_REFERENCE), codes.contains(&NUMBERED_REFERENCE)) {
+            (true, false) => 0,
+            (false, true) if self.block.has(Address::P) => self.number_of(Address::P)?.checked_sub(1)?,
+            (false, true) => 1,
+            _ => return None,
+        };
+        let is_numbered = place > 0 || codes.contains(&FIRST_REFERENCE);
+        references.get(usize::from(place)).copied().filter(|_| is_numbered)
+    }
+
+    /// Whether Z in machine coordinates places the tip. `None` if this is not known.
+    fn counts_length(&self) -> Option<bool> {
+        if self.rules.has_no_length(&self.modal) {
+            return Some(false);
+        }
+        self.machine_coordinates.as_ref()?.length_counts
+    }
+
+    /// The ends of the axes at these machine coordinates. `None` if the state of the control leaves open where they go.
+    fn words_in_machine(
+        &self,
+        targets: [Option<f64>; 5],
+        counts_length: Option<bool>,
+    ) -> Option<[AxisEnd; 5]> {
+        let zero_mm = self.machine_coordinates.as_ref()?.zero_mm;
+        let is_clear = self.options.as_it_runs
+            && self.obstacle().is_none()
+            && self.options.interpolation != Some(Interpolation::Tcp)
+            && self.modal.tool_length == Some(ToolLength::Plain)
+            && self.modal.compensation == Some(false)
+            && self.modal.turn.is_none();
+        let origin_mm = self.origin_mm().filter(|_| is_clear)?;
+        let mut ends = targets.map(|target| target.map_or(AxisEnd::Stays, AxisEnd::At));
+        for slot in 0..3 {
+            if let Some(target_mm) = targets[slot] {
+                ends[slot] = AxisEnd::At(target_mm + zero_mm[slot] - origin_mm[slot]);
+            }
+        }
+        if let AxisEnd::At(word_mm) = ends[Z] {
+            ends[Z] = match counts_length {
+                Some(false) => {
+                    self.length_mm().map_or(AxisEnd::Unknown, |length_mm| AxisEnd::At(word_mm - length_mm))
+                }
+                // The length acts along Z in G17 alone.
+                Some(true) if self.modal.plane == Some(ACROSS_G17) => AxisEnd::At(word_mm),
+                Some(true) | None => return None,
+            };
+        }
+        Some(ends)
+    }
+
+    /// Behind a motion of axes to places of the machine that is not followed: the words of those axes are not known. If
+    /// words are not positions of single axes, none of X Y Z is.
+    pub(super) fn forget_moved(&mut self, named: u32) {
+        self.forget_named(named);
+        let is_of_axes = self.obstacle().is_none()
+            && self.options.interpolation != Some(Interpolation::Tcp)
+            && self.modal.tool_length == Some(ToolLength::Plain)
+            && self.modal.turn.is_none();
+        if named & AXES != 0 && !is_of_axes {
+            self.position.forget_linear();
+        }
+    }
+
+    /// Zero of the program's words, in M \[mm\]; `None` if no one has stated it.
+    fn origin_mm(&self) -> Option<[f64; 3]> {
+        let offset = self.modal.work_offset.filter(|_| self.modal.shifts == 0)?;
+        let offset_mm = self.options.work_offsets.of(offset, self.is_only_offset(offset))?;
+        let program_mm = self.modal.program_offset_mm?;
+        let [Some(x), Some(y), Some(z)] = self.modal.datum_mm else { return None };
+        Some(std::array::from_fn(|slot| offset_mm[slot] + program_mm[slot] + [x, y, z][slot]))
+    }
+
+    /// The length of the tool in the spindle \[mm\].
+    fn length_mm(&self) -> Option<f64> {
+        self.options.tool_lengths.of(self.modal.spindle.tool())
+    }
+
+    /// Puts the axes at these words, and ends the motion there.
+    fn stand_in_machine(&mut self, ends: [AxisEnd; 5], motion: &mut Motion) {
+        for (axis, end) in self.position.axes.iter_mut().zip(ends) {
+            *axis = match end {
+                AxisEnd::Stays => *axis,
+                AxisEnd::At(word) => Some(word),
+                AxisEnd::Unknown => None,
+            };
+        }
+        if ends[3..].iter().any(|end| !matches!(end, AxisEnd::Stays)) {
+            self.position.forget_tool_axis();
+        }
+        if !matches!(ends[Z], AxisEnd::Stays) {
+            self.note_height();
+        }
+        motion.end = self.position.axis_words();
+        motion.linear_end_mm = self.position.linear_mm();
+        motion.in_machine = true;
+    }
+
+    /// Notes the height of the spindle.
+    fn note_height(&mut self) {
+        let stands = self.position.axes[Z].zip(self.origin_mm());
+        self.height = stands.map(|(word_mm, origin_mm)| SpindleHeight {
+            word_mm,
+            origin_mm: origin_mm[Z],
+            tool: self.modal.spindle.tool(),
+        });
+    }
+
+    /// At the start of a block: forgets the height if the axis has moved since.
+    #[inline]
+    pub(super) fn check_height(&mut self) {
+        if let Some(height) = self.height
+            && self.position.axes[Z] != Some(height.word_mm)
+        {
+            self.height = None;
+        }
+    }
+
+    /// Behind the codes of a block that moves by its axis words alone, and before its motion: a length in force or
+    /// another offset gives the same height another word. The height is that of the tip, so that it holds for one
+    /// tool.
+    #[cold]
+    pub(super) fn keep_height(&mut self) {
+        let Some(height) = self.height.take() else { return };
+        let is_clear = self.options.as_it_runs
+            && self.obstacle().is_none()
+            && self.modal.tool_length == Some(ToolLength::Plain)
+            && self.modal.turn.is_none()
+            && self.modal.spindle.tool() == height.tool;
+        let Some([.., origin_mm]) = self.origin_mm().filter(|_| is_clear) else { return };
+        let is_same = (origin_mm - height.origin_mm).abs() <= 0.0;
+        let word_mm = if is_same { height.word_mm } else { height.word_mm + height.origin_mm - origin_mm };
+        self.position.axes[Z] = Some(word_mm);
+        self.height = Some(SpindleHeight { word_mm, origin_mm, ..height });
+    }
+}

@@ -1,0 +1,289 @@
+//! Machine coordinates and reference positions: the gauge point stands where the profile's zero of the machine and the
+//! stated numbers place it, whatever the work offset and the tool are.
+
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test stops at the first surprise, helpers included"
+)]
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use trunnion::machine::{Machine, MachineCoordinates, PlaneRule, PlaneSolution, Preset, RotaryLetter};
+use trunnion::motion::{Unfollowable, WorkOffset, WorkOffsets};
+use trunnion::process::{
+    Interpreted, InterpretedMotion, ListedTool, ProgramSetup, StartPosition, ToolTable, Tools,
+    interpret_program,
+};
+use trunnion::program::Dialect;
+use trunnion::units::{Length, LengthUnit};
+
+/// Rounding of double precision at a few hundred millimetres [mm].
+const ROUNDING_MM: f64 = 1e-9;
+
+const ZERO_MM: [f64; 3] = [12.5, -7.25, 640.0];
+const OFFSET_MM: [f64; 3] = [70.0, -40.0, 95.0];
+const SECOND_MM: [f64; 3] = [-110.0, 35.5, 60.25];
+/// Lengths of T1 and T2 [mm].
+const LENGTHS_MM: [f64; 2] = [80.0, 123.4];
+const HOME: [Option<f64>; 5] = [Some(5.0), Some(300.0), Some(-0.5), Some(0.0), Some(10.0)];
+
+fn machine(length_counts: Option<bool>) -> Machine {
+    let second = [Some(-20.0), None, Some(-100.0), None, None];
+    let coordinates = MachineCoordinates { zero_mm: ZERO_MM, length_counts, references: vec![HOME, second] };
+    bare().with_machine_coordinates(Some(coordinates))
+}
+
+fn bare() -> Machine {
+    Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap()
+}
+
+/// Two tools, two work offsets, and axes that stand at zero.
+fn set_up(dialect: Dialect) -> ProgramSetup {
+    let tools = [1, 2].map(|number| ListedTool {
+        number: Some(number),
+        name: None,
+        cutter: None,
+        length: Some(Length::from_mm(LENGTHS_MM[number as usize - 1])),
+        worn: None,
+    });
+    let named_mm = BTreeMap::from(
+        [("G54", OFFSET_MM), ("G55", SECOND_MM)].map(|(name, mm)| (WorkOffset::from_name(name).unwrap(), mm)),
+    );
+    ProgramSetup {
+        dialect: Some(dialect),
+        unit: Some(LengthUnit::Millimetre),
+        work_offsets: Arc::new(WorkOffsets { only_mm: Some(OFFSET_MM), named_mm, ..WorkOffsets::default() }),
+        tools: Tools::with(None, None, Arc::new(ToolTable::new(tools.into()))),
+        start: StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] },
+        apply_errors: false,
+        ..ProgramSetup::default()
+    }
+}
+
+fn told(machine: &Machine, dialect: Dialect, text: &str) -> Vec<Interpreted> {
+    let mut all = Vec::new();
+    let mut take = |told: &Interpreted| {
+        all.push(*told);
+        Ok(())
+    };
+    let stop = || ControlFlow::Continue(());
+    interpret_program(machine, &set_up(dialect), &text.as_bytes().to_vec(), &mut take, &stop).unwrap();
+    all
+}
+
+/// The motions of a text that is followed whole.
+fn followed(machine: &Machine, dialect: Dialect, text: &str) -> Vec<InterpretedMotion> {
+    let told = told(machine, dialect, text).into_iter().map(|told| match told {
+        Interpreted::Motion(motion) => motion,
+        Interpreted::LeftAlone { line, reason, .. } => panic!("{text}\nline {line}: {reason}"),
+    });
+    told.collect()
+}
+
+fn reasons(machine: &Machine, dialect: Dialect, text: &str) -> Vec<Unfollowable> {
+    let reasons = told(machine, dialect, text).into_iter().filter_map(|told| match told {
+        Interpreted::Motion(_) => None,
+        Interpreted::LeftAlone { reason, .. } => Some(reason),
+    });
+    reasons.collect()
+}
+
+fn assert_at(motion: &InterpretedMotion, wanted: [f64; 5]) {
+    for (found, wanted) in motion.joints.into_iter().zip(wanted) {
+        assert!((found.unwrap() - wanted).abs() < ROUNDING_MM, "{:?} {wanted:?}", motion.joints);
+    }
+}
+
+/// Words of the program where the gauge point stands at these machine coordinates.
+fn words(machine_mm: [f64; 3], offset_mm: [f64; 3], length_mm: f64) -> [f64; 3] {
+    let gauge_mm: [f64; 3] = std::array::from_fn(|k| ZERO_MM[k] + machine_mm[k]);
+    let tip_mm = [gauge_mm[0], gauge_mm[1], gauge_mm[2] - length_mm];
+    std::array::from_fn(|k| tip_mm[k] - offset_mm[k])
+}
+
+proptest! {
+    #[test]
+    fn the_gauge_point_stands_where_the_numbers_say(
+        at in prop::array::uniform3(-400i32..400),
+        tool in 1usize..=2,
+        second in any::<bool>(),
+    ) {
+        let machine_mm = at.map(|mm| f64::from(mm) / 8.0);
+        let [x, y, z] = machine_mm;
+        let (name, offset_mm) = if second { ("G55", SECOND_MM) } else { ("G54", OFFSET_MM) };
+        let text = format!(
+            "G21 G90 {name}\nT{tool} M6\nG43 H{tool}\nG0 X1. Y2. Z3. A20. C30.\nG53 Z{z:.3}\nG53 X{x:.3} Y{y:.3} A0. C0.\n\
+             G1 X1. F500\nM30\n"
+        );
+        let found = followed(&machine(Some(false)), Dialect::Iso, &text);
+        let [wanted_x, wanted_y, wanted_z] = words(machine_mm, offset_mm, LENGTHS_MM[tool - 1]);
+        prop_assert_eq!(found.len(), 4);
+        assert_at(&found[1], [1.0, 2.0, wanted_z, 20.0, 30.0]);
+        assert_at(&found[2], [wanted_x, wanted_y, wanted_z, 0.0, 0.0]);
+        // The words count in the work offset again.
+        assert_at(&found[3], [1.0, wanted_y, wanted_z, 0.0, 0.0]);
+        // With the rotary axes at zero, the tip is at the words.
+        let tip = found[2].tip_mm.unwrap();
+        prop_assert!(tip.iter().zip([wanted_x, wanted_y, wanted_z]).all(|(a, b)| (a - b).abs() < ROUNDING_MM));
+    }
+}
+
+#[test]
+fn g28_and_g30_pass_their_point_and_end_at_the_reference_position() {
+    let text = "G21 G90 G54\nT1 M6\nG43 H1\nG0 X1. Y2. Z3. A20. C30.\nG28 Z50.\nG91 G28 X0. Y0.\nG90\nG28 A5. C6.\n\
+                G30 P2 X1.\nG30 Z200.\nM30\n";
+    let found = followed(&machine(Some(false)), Dialect::Iso, text);
+    let [x, y, z] = words([5.0, 300.0, -0.5], OFFSET_MM, LENGTHS_MM[0]);
+    let [second_x, _, second_z] = words([-20.0, 0.0, -100.0], OFFSET_MM, LENGTHS_MM[0]);
+    let wanted = [
+        [1.0, 2.0, 3.0, 20.0, 30.0],
+        [1.0, 2.0, 50.0, 20.0, 30.0],
+        [1.0, 2.0, z, 20.0, 30.0],
+        [x, y, z, 20.0, 30.0],
+        [x, y, z, 5.0, 6.0],
+        [x, y, z, 0.0, 10.0],
+        [1.0, y, z, 0.0, 10.0],
+        [second_x, y, z, 0.0, 10.0],
+        [second_x, y, 200.0, 0.0, 10.0],
+        [second_x, y, second_z, 0.0, 10.0],
+    ];
+    assert_eq!(found.len(), wanted.len(), "{found:#?}");
+    for (found, wanted) in found.iter().zip(wanted) {
+        assert_at(found, wanted);
+    }
+}
+
+#[test]
+fn the_height_holds_for_a_length_in_force_and_another_offset_but_for_no_other_tool() {
+    let text = "G21 G90 G54\nT1 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\nG43 H1\nG0 Y5.\nG55\nG0 X6. Y7.\nM30\n";
+    let found = followed(&machine(Some(false)), Dialect::Iso, text);
+    let [_, _, first] = words([0.0; 3], OFFSET_MM, LENGTHS_MM[0]);
+    let [_, _, in_g55] = words([0.0; 3], SECOND_MM, LENGTHS_MM[0]);
+    let wanted = [[1.0, 2.0, 3.0], [1.0, 2.0, first]];
+    for (found, [x, y, z]) in found.iter().zip(wanted) {
+        assert_at(found, [x, y, z, 0.0, 0.0]);
+    }
+    assert_eq!(found.len(), 4);
+    assert!((found[2].joints[2].unwrap() - first).abs() < ROUNDING_MM);
+    assert_at(&found[3], [6.0, 7.0, in_g55, 0.0, 0.0]);
+    // A changer moves the axes, and nobody has stated the length of T3.
+    for change in ["T2 M6", "T1 M6"] {
+        let text =
+            format!("G21 G90 G54\nT1 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\n{change}\nG0 X4. Y5.\nM30\n");
+        let found = followed(&machine(Some(false)), Dialect::Iso, &text);
+        assert_eq!((found[2].joints[2], found[2].tip_mm), (None, None), "{change}");
+    }
+    let text = "G21 G90 G54\nT3 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\nG0 X4.\nM30\n";
+    let found = followed(&machine(Some(false)), Dialect::Iso, text);
+    assert_eq!(found[1].joints[2], None);
+    assert_eq!(found[2].tip_mm, None);
+}
+
+#[test]
+fn whether_the_length_counts_is_asked_for_where_one_is_in_force() {
+    let sinumerik = |block: &str| format!("G90 G54\nT1 M6\nD1\nG0 X1 Y2 Z3 A0 C0\n{block}\nG0 X4\nM30\n");
+    let [x, y, gauge] = words([9.0, 8.0, -1.5], OFFSET_MM, LENGTHS_MM[0]);
+    let [_, _, tip] = words([0.0, 0.0, -1.5], OFFSET_MM, 0.0);
+    for block in ["SUPA G0 Z-1.5 D0", "G153 Z-1.5 D0"] {
+        let found = followed(&machine(None), Dialect::Siemens, &sinumerik(block));
+        assert!((found[1].joints[2].unwrap() - gauge).abs() < ROUNDING_MM, "{block}");
+    }
+    let found = followed(&machine(None), Dialect::Siemens, &sinumerik("SUPA X9 Y8"));
+    assert_at(&found[1], [x, y, 3.0, 0.0, 0.0]);
+    let supa = sinumerik("SUPA Z-1.5");
+    let left = reasons(&machine(None), Dialect::Siemens, &supa);
+    assert_eq!(left, [Unfollowable::MachineCoordinates]);
+    let found = followed(&machine(Some(true)), Dialect::Siemens, &supa);
+    assert_at(&found[1], [1.0, 2.0, tip, 0.0, 0.0]);
+    let found = followed(&machine(Some(false)), Dialect::Siemens, &supa);
+    assert_at(&found[1], [1.0, 2.0, gauge, 0.0, 0.0]);
+
+    let text = "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\nL Z-1.5 R0 FMAX M91\n\
+                L X+9 Y+8 FMAX M91\nEND PGM P MM\n";
+    let left = reasons(&machine(None), Dialect::Heidenhain, text);
+    assert_eq!(left, [Unfollowable::MachineCoordinates]);
+    let found = followed(&machine(Some(false)), Dialect::Heidenhain, text);
+    assert_at(&found[2], [x, y, gauge, 0.0, 0.0]);
+}
+
+#[test]
+fn what_does_not_say_where_the_axes_go_is_left_alone() {
+    use Unfollowable::{MachineCoordinates, Reference};
+    let iso = |blocks: &str| format!("G21 G90 G54\nT1 M6\nG43 H1\nG0 X1. Y2. Z3. A0. C0.\n{blocks}\nM30\n");
+    let stated = machine(Some(false));
+    let left = |blocks: &str| reasons(&stated, Dialect::Iso, &iso(blocks));
+    // A machine whose owner has not stated its zero.
+    assert_eq!(reasons(&bare(), Dialect::Iso, &iso("G53 Z0.")), [MachineCoordinates]);
+    assert_eq!(reasons(&bare(), Dialect::Iso, &iso("G91 G28 Z0.")), [Reference]);
+    // No control counts in machine coordinates from the place before.
+    assert_eq!(left("G91 G53 Z0."), [MachineCoordinates]);
+    assert_eq!(left("G2 G53 X0. I5. F100"), [MachineCoordinates]);
+    assert_eq!(left("G92 Z0.\nG53 Z0."), [MachineCoordinates]);
+    assert_eq!(left("G52 X5.\nG53 Z0."), [MachineCoordinates]);
+    assert_eq!(left("G57\nG53 Z0."), [MachineCoordinates]);
+    assert_eq!(left("/G53 Z0."), [MachineCoordinates]);
+    assert_eq!(left("G53 Z0. B5."), [MachineCoordinates]);
+    // A control of the tip, a turned frame, and a compensated path.
+    assert!(!left("G43.4 H1\nG53 Z0.").is_empty());
+    assert!(!left("G68 X0. Y0. R30.\nG53 Z0.").is_empty());
+    assert!(!left("G41 D1 G1 X5. F500\nG53 Z0.").is_empty());
+    // A position that the profile lacks, and an axis that it lacks there.
+    assert_eq!(left("G91 G30 P3 Z0."), [Reference]);
+    assert_eq!(left("G91 G30 P2 Y0."), [Reference]);
+    assert_eq!(left("G91 G30 P0 Z0."), [Reference]);
+    // G28 with zeros in G90 goes through the zero of the program on some controls, and straight home on others.
+    assert_eq!(left("G28 Z0."), [Reference]);
+    // The basic frame stays in force, and M92 counts from a place of the machine's builder.
+    let text = "G90 G54\nT1 M6\nD1\nG0 X1 Y2 Z3 A0 C0\nG53 X0\nM30\n";
+    assert_eq!(reasons(&stated, Dialect::Siemens, text), [MachineCoordinates]);
+    let text = "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\nL X-1.5 R0 FMAX M92\n\
+                END PGM P MM\n";
+    assert_eq!(reasons(&stated, Dialect::Heidenhain, text), [MachineCoordinates]);
+}
+
+/// Behind an axis of the machine's own, other words than its own are not known either if words are the tip's or count
+/// in a turned frame.
+#[test]
+fn a_place_of_the_machine_says_nothing_of_a_tip_or_of_a_turned_frame() {
+    use Unfollowable::MachineCoordinates;
+    let head = Machine::new(Preset::by_id("ac-head").unwrap().parts()).unwrap();
+    let rule = PlaneSolution { rule: PlaneRule::PositiveFirst, axis: Some(RotaryLetter::A) };
+    let solved = |machine: Machine| machine.with_plane_solution(Some(rule));
+    let plane = |turn: &str, moves: &str| {
+        format!(
+            "G21 G90 G94 G54 G17\nT1 M6\nG43 H1\nG0 X0 Y0 Z100 A0 C0\nG68.2 X0 Y0 Z0 {turn}\nG53.1\nG0 X1 Y2 Z50\n{moves}\nM30\n"
+        )
+    };
+    let joints = |machine: &Machine, dialect: Dialect, text: &str| {
+        let told = told(machine, dialect, text);
+        let Some(Interpreted::Motion(last)) = told.last() else { panic!("{text}\n{told:?}") };
+        (last.joints, last.tip_mm)
+    };
+    for machine in [solved(head), solved(bare())] {
+        for moves in ["G53 Z0\nG0 Z60", "G91 G28 Z0\nG90\nG0 Z60", "G53 X0\nG0 X3"] {
+            let (_, tip) = joints(&machine, Dialect::Iso, &plane("I0 J30 K90", moves));
+            assert_eq!(tip, None, "{moves}");
+        }
+    }
+    let turned = "G90 G54\nT1 M6\nD1\nG0 X0 Y0 Z100 A0 C0\nAROT Z30\nG0 X1 Y2 Z50\nSUPA X0\nG0 X3\nM30\n";
+    assert_eq!(
+        reasons(&machine(Some(false)), Dialect::Siemens, turned),
+        [MachineCoordinates, Unfollowable::Transformation]
+    );
+    let tilted = "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+0 Y+0 Z+100 A+0 C+0 R0 FMAX\nPLANE SPATIAL SPA+30 SPB+0 SPC+90 TURN FMAX\n\
+                  L X+1 Y+2 Z+50 R0 FMAX\nL X+0 R0 FMAX M91\nL X+3 R0 FMAX\nEND PGM P MM\n";
+    assert_eq!(joints(&solved(bare()), Dialect::Heidenhain, tilted).1, None);
+    // Under control of the tip, Y and X of the tip move with an axis that a table has tilted.
+    let tcp =
+        "G21 G90 G54\nT1 M6\nG0 X0 Y0 Z100 A30 C0\nG43.4 H1\nG0 X1 Y2 Z50\nG53 Z0\nG0 Z60\nG0 X8\nM30\n";
+    assert_eq!(
+        joints(&machine(Some(false)), Dialect::Iso, tcp),
+        ([Some(8.0), None, Some(60.0), Some(30.0), Some(0.0)], None)
+    );
+    assert_eq!(reasons(&machine(Some(false)), Dialect::Iso, tcp), [MachineCoordinates]);
+}
