@@ -1,4 +1,4 @@
-//! The canned cycle under way.
+//! Canned cycles: what holds from one to the next, and what each makes.
 
 use crate::program::Keyword;
 
@@ -100,4 +100,68 @@ impl PointCycle {
         bottoms_mm.push(self.depth_mm);
         Some(bottoms_mm)
     }
+}
+
+/// How a cycle makes its hole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum HoleStroke {
+    /// Down at feed, and up to the end at rapid traverse.
+    Drill,
+    /// Down and up at the feed in force, and from the clearance above the surface to the end at rapid traverse.
+    Bore,
+    /// The same with feeds of the cycle.
+    Ream,
+    /// Its course depends on the spindle, and only its end is known.
+    Unseen,
+    /// It is not followed.
+    Other,
+}
+
+/// How the parameters of holes state their levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum HoleLevels {
+    /// By the coordinates of the surface and of a retract plane.
+    Planes,
+    /// By clearances above the surface.
+    Clearances,
+}
+
+/// The cycles of a dialect that state all parameters of a hole.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HoleRules {
+    pub(super) levels: HoleLevels,
+    /// By the number of the cycle.
+    pub(super) stroke: fn(u32) -> HoleStroke,
+    /// After a cycle with feeds of its own the feed before it holds again.
+    pub(super) keeps_feed: bool,
+    /// Under tool-centre-point control they run along the same axis.
+    pub(super) under_tcp: bool,
+}
+
+/// A cycle that makes one hole at the place where it runs, along the axis of the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct HoleCycle {
+    pub(super) stroke: HoleStroke,
+    /// Where it begins to go down at feed, the bottom, and where it ends \[mm\].
+    pub(super) plane_mm: f64,
+    pub(super) depth_mm: f64,
+    pub(super) end_mm: f64,
+    /// Its own feeds down and up as written, with their decimals. Without them the feed in force holds.
+    pub(super) feeds: Option<[(f64, u8); 2]>,
+    /// The unit in which it was written, and the axis of the plane if it names one.
+    pub(super) mm_per_unit: f64,
+    pub(super) axis: Option<u8>,
+}
+
+impl HoleCycle {
+    /// A cycle that is not followed.
+    pub(super) const OTHER: Self = Self {
+        stroke: HoleStroke::Other,
+        plane_mm: 0.0,
+        depth_mm: 0.0,
+        end_mm: 0.0,
+        feeds: None,
+        mm_per_unit: 1.0,
+        axis: None,
+    };
 }

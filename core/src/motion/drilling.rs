@@ -238,7 +238,7 @@ impl Interpreter {
         }
     }
 
-    fn stand_at(&mut self, place_mm: [f64; 3]) {
+    pub(super) fn stand_at(&mut self, place_mm: [f64; 3]) {
         for (axis, to_mm) in self.position.axes.iter_mut().zip(place_mm) {
             *axis = Some(to_mm);
         }

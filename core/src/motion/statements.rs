@@ -20,6 +20,8 @@ pub(super) struct ThisBlock {
     pub(super) machine_coordinates: bool,
     /// A cycle runs where the block ends.
     pub(super) runs_cycle: bool,
+    /// The defined cycle makes a hole where the block ends.
+    pub(super) makes_hole: bool,
     /// The program ends here.
     pub(super) ends: bool,
     /// The block's F is not a path feed in the program's unit.
@@ -181,6 +183,12 @@ impl Interpreter {
                 self.this_block.runs_cycle = true;
                 return Some(Action::Odd(Unfollowable::CannedCycle));
             }
+            Statement::CycleCallHere => {
+                self.this_block.runs_cycle = true;
+                return Some(Action::Consume);
+            }
+            Statement::DefineHole => return Some(self.define_hole()),
+            Statement::OtherCycle => self.modal.hole = None,
             Statement::Contour => {
                 self.modal.next_motion = None;
                 self.this_block.forgets_linear = true;
