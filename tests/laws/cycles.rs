@@ -133,6 +133,39 @@ fn a_thread_is_left_alone_and_its_end_is_known() {
     assert_eq!(last.joints, [Some(9.0), Some(0.0), Some(50.0), Some(0.0), Some(0.0)]);
 }
 
+/// After a tool change no place is known until the program names it.
+#[test]
+fn at_an_unknown_place_the_height_after_a_cycle_is_known() {
+    let ends = |text: &str| {
+        let found = understood(Dialect::Iso, &format!("G90 G17 G94 G0 X0 Y0 A0 C0\n{text}"));
+        let end = |told: &Interpreted| match told {
+            Interpreted::Motion(motion) => Ok([motion.joints[0], motion.joints[1], motion.joints[2]]),
+            Interpreted::LeftAlone { line, .. } => Err(*line),
+        };
+        found.iter().skip(1).map(end).collect::<Vec<_>>()
+    };
+    let at = |x: f64, y: f64, z: f64| Ok([x, y, z].map(Some));
+    let found = ends("M6\nZ50\nG98 G81 Z-5 R3 F100\nX4\nY6\nG0 X9\n");
+    let wanted = [
+        Ok([None, None, Some(50.0)]),
+        Err(4),
+        Err(5),
+        at(4.0, 6.0, 50.0),
+        at(4.0, 6.0, 3.0),
+        at(4.0, 6.0, -5.0),
+        at(4.0, 6.0, 50.0),
+        at(9.0, 6.0, 50.0),
+    ];
+    assert_eq!(found, wanted);
+    // A block that states the place makes it known. Steps from an unknown place do not.
+    let found = ends("M6\nZ50\nG99 G81 X4 Y6 Z-5 R3 F100\nG91 G98\nG0 X1 Z0\n");
+    let wanted = [at(4.0, 6.0, 50.0), at(4.0, 6.0, 3.0), at(4.0, 6.0, -5.0), at(4.0, 6.0, 3.0)];
+    assert_eq!(found[1..5], wanted);
+    assert_eq!(found[5], at(5.0, 6.0, 3.0));
+    let found = ends("M6\nZ50\nG91 G98 G81 X1 Z-8 R-47 L3 F100\nG90 G0 Y6\n");
+    assert_eq!(found[1..], [Err(4), Ok([None, Some(6.0), Some(50.0)])]);
+}
+
 #[test]
 fn words_of_cycles_without_a_place_make_the_level_unknown() {
     for words in ["R2\n", "Q1\n", "K2\n"] {

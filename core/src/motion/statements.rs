@@ -82,10 +82,11 @@ impl Interpreter {
         if self.modal.motion.is_some() || !self.rules.motion_is_modal {
             return;
         }
-        let StartModes { is_rapid, plane, incremental, is_per_turn } = self.options.start_modes;
+        let StartModes { is_rapid, plane, incremental, is_per_turn, retract } = self.options.start_modes;
         self.modal.motion = is_rapid.map(|rapid| if rapid { MotionMode::Rapid } else { MotionMode::Linear });
         self.modal.plane = plane.or(self.modal.plane);
         self.modal.incremental = incremental.or(self.modal.incremental);
+        self.modal.cycle.retract = retract;
         if let Some(per_turn) = is_per_turn {
             self.modal.count_feed(Some(if per_turn { FeedMode::PerRevolution } else { FeedMode::PerMinute }));
         }
