@@ -46,7 +46,7 @@ fn motions(dialect: Dialect, text: &str) -> Vec<(InterpretedKind, [Option<f64>; 
 const START: &str = "G90 G17 G94 G0 X0 Y0 Z50 A0 C0\n";
 
 /// Blocks with cycles, and the same holes written out.
-const ALIKE: [(&str, &str); 9] = [
+const ALIKE: [(&str, &str); 8] = [
     (
         "G98 G81 X1 Y2 Z-5 R3 F100\nX4\nG80\nG0 X9\n",
         "X1 Y2\nZ3\nG1 Z-5 F100\nG0 Z50\nX4\nZ3\nG1 Z-5\nG0 Z50\nX9\n",
@@ -59,8 +59,6 @@ const ALIKE: [(&str, &str); 9] = [
         "G98 G91 G81 X1 Z-8 R-47 L2 F100\nG90 G0 X9\n",
         "X1\nZ3\nG1 Z-5 F100\nG0 Z50\nX2\nZ3\nG1 Z-5\nG0 Z50\nX9\n",
     ),
-    // The axis of the plane.
-    ("G18 G99 G81 X1 Y-5 R-2 F100\nG0 X9\n", "X1\nY-2\nG1 Y-5 F100\nG0 Y-2\nX9\n"),
     // The level at which the series began, not the one before the block.
     ("G99 G81 X1 Z-5 R3 F100\nG98 X2\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nG0 Z3\nX2\nG1 Z-5\nG0 Z50\nX9\n"),
     // Another cycle states its values again.
@@ -84,7 +82,7 @@ fn a_cycle_makes_the_motions_of_its_hole_written_out() {
 }
 
 /// Blocks whose cycle is left alone, after which the drilled axis is not known.
-const LEFT_ALONE: [&str; 16] = [
+const LEFT_ALONE: [&str; 21] = [
     // No level of retraction, another sense, not below the plane, below the plane before it.
     "G81 X1 Z-5 R3 F100\n",
     "G98 G81 X1 Z5 R3 F100\n",
@@ -100,6 +98,12 @@ const LEFT_ALONE: [&str; 16] = [
     "G98 G88 X1 Z-5 R3 F100\n",
     "G98 G81 X1 Z-5 R3 L0 F100\n",
     "G98 G81 X1 Z-5 R3 L2 K2 F100\n",
+    // Along Z or across the plane; repetitions or increments; no increment.
+    "G18 G99 G81 X1 Y-5 Z3 R-2 F100\n",
+    "G19 G99 G81 Y1 X-5 Z3 R-2 F100\n",
+    "G98 G83 X1 Z-5 R3 Q2 K3 F100\n",
+    "G98 G73 X1 Z-5 R3 F100\n",
+    "G98 G83 X1 Z-5 R3 Q0 F100\n",
     // Rotary words, incremental time, unknown values.
     "G98 G81 X1 Z-5 R3 C10 F100\n",
     "G93 G98 G81 X1 Z-5 R3 F100\n",
@@ -131,6 +135,39 @@ fn a_thread_is_left_alone_and_its_end_is_known() {
     assert!(matches!(found[2], Interpreted::LeftAlone { line: 3, .. }));
     let Interpreted::Motion(last) = found[3] else { panic!("{found:?}") };
     assert_eq!(last.joints, [Some(9.0), Some(0.0), Some(50.0), Some(0.0), Some(0.0)]);
+}
+
+/// After a tool change no place is known until the program names it.
+#[test]
+fn at_an_unknown_place_the_height_after_a_cycle_is_known() {
+    let ends = |text: &str| {
+        let found = understood(Dialect::Iso, &format!("G90 G17 G94 G0 X0 Y0 A0 C0\n{text}"));
+        let end = |told: &Interpreted| match told {
+            Interpreted::Motion(motion) => Ok([motion.joints[0], motion.joints[1], motion.joints[2]]),
+            Interpreted::LeftAlone { line, .. } => Err(*line),
+        };
+        found.iter().skip(1).map(end).collect::<Vec<_>>()
+    };
+    let at = |x: f64, y: f64, z: f64| Ok([x, y, z].map(Some));
+    let found = ends("M6\nZ50\nG98 G81 Z-5 R3 F100\nX4\nY6\nG0 X9\n");
+    let wanted = [
+        Ok([None, None, Some(50.0)]),
+        Err(4),
+        Err(5),
+        at(4.0, 6.0, 50.0),
+        at(4.0, 6.0, 3.0),
+        at(4.0, 6.0, -5.0),
+        at(4.0, 6.0, 50.0),
+        at(9.0, 6.0, 50.0),
+    ];
+    assert_eq!(found, wanted);
+    // A block that states the place makes it known. Steps from an unknown place do not.
+    let found = ends("M6\nZ50\nG99 G81 X4 Y6 Z-5 R3 F100\nG91 G98\nG0 X1 Z0\n");
+    let wanted = [at(4.0, 6.0, 50.0), at(4.0, 6.0, 3.0), at(4.0, 6.0, -5.0), at(4.0, 6.0, 3.0)];
+    assert_eq!(found[1..5], wanted);
+    assert_eq!(found[5], at(5.0, 6.0, 3.0));
+    let found = ends("M6\nZ50\nG91 G98 G81 X1 Z-8 R-47 L3 F100\nG90 G0 Y6\n");
+    assert_eq!(found[1..], [Err(4), Ok([None, Some(6.0), Some(50.0)])]);
 }
 
 #[test]

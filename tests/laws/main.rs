@@ -14,6 +14,7 @@ mod course;
 mod cycles;
 mod example;
 mod head_survey;
+mod holes;
 mod hostile_surfaces;
 mod idempotence;
 mod inverse;

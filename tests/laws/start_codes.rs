@@ -55,6 +55,15 @@ fn codes_at_the_start_are_those_before_the_first_block() {
             let line_for_line = run(dialect, codes, &format!("\n{body}"));
             assert_eq!(line_for_line, with, "{codes} {body}");
         }
+        if dialect == Dialect::Iso {
+            for (level, height) in [("G98", 50.0), ("G99", 3.0)] {
+                let body = "G0 X0 Y0 Z50\nG81 X1 Z-5 R3 F100\nG80\nG0 X2\nM30\n";
+                let found = run(dialect, level, body);
+                assert_eq!(found, run(dialect, "", &body.replace("G81", &format!("{level} G81"))), "{level}");
+                let Some(Ok((_, [_, _, z, ..], _))) = found.last() else { unreachable!("{found:?}") };
+                assert_eq!(*z, Some(height), "{level}");
+            }
+        }
         // Without them it is not known how the tool moves.
         assert_eq!(run(dialect, "", "X10 F500\nG1 X20\nM30\n").first(), Some(&Err(1)));
     }

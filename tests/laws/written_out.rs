@@ -55,6 +55,12 @@ fn words_get_numbers_and_the_text_before_the_first_loop_stays_as_it_is() {
             "DEF INT N\nG0 X0\nN5   X=10.0000 Y=IC(1.0000)\nN5   X=20.0000 Y=IC(2.0000)\nM30\n",
         ),
         (
+            Dialect::Siemens,
+            "G0 X0 Y0 Z9 A0 C0\nR2=0\nLOOP\nR2=R2+1\nMCALL CYCLE82(R2+5, 2+1,1 ,,R2*3,1) ; R2\nX=R2\nMCALL\nGOTOF OUT\nENDLOOP\nOUT: M30\n",
+            &[],
+            "G0 X0 Y0 Z9 A0 C0\nR2=0\nMCALL CYCLE82(6.0000, 2+1,1 ,,3.0000,1) ; R2\nX=1.0000\nMCALL\nOUT: M30\n",
+        ),
+        (
             Dialect::Heidenhain,
             "0 BEGIN PGM P MM ; x\n1 L X+0 R0 F100\n2 Q1 = 5\n3 CALL LBL 1\n4 M30\n5 LBL 1\n6 L X+Q1 IY-Q1\n7 LBL 0\n8 END PGM P MM\n",
             &[],
@@ -101,7 +107,7 @@ fn what_cannot_be_written_out_is_refused_with_its_line_and_the_cure() {
         ),
         (
             Dialect::Siemens,
-            "R7=5\nLOOP\nR7=45\nCYCLE81(R[7],2)\nGOTOF OUT\nENDLOOP\nOUT: M30\n",
+            "R7=5\nLOOP\nR7=45\nPOCKET3(R[7],2)\nGOTOF OUT\nENDLOOP\nOUT: M30\n",
             4,
             "does not fix",
         ),

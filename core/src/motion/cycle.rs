@@ -1,4 +1,4 @@
-//! The canned cycle under way.
+//! Canned cycles: what holds from one to the next, and what each makes.
 
 use crate::program::Keyword;
 
@@ -7,6 +7,8 @@ use crate::program::Keyword;
 pub(super) enum Stroke {
     /// Down at feed, and up at rapid traverse.
     Drill,
+    /// The same by the increment of Q. In between the control retracts by its own parameters.
+    Peck,
     /// Down and up at feed. Controls differ in how it goes on from the retract plane to a higher level.
     Bore,
     /// Its course depends on the spindle. It ends where a drilling cycle ends.
@@ -33,6 +35,8 @@ pub(super) struct Cycle {
     /// R and the depth as written \[mm\], and whether they count from the position.
     pub(super) plane: Option<(f64, bool)>,
     pub(super) depth: Option<(f64, bool)>,
+    /// Q states an increment.
+    pub(super) has_increment: bool,
     /// The axis of the plane and the unit in which the values were written.
     pub(super) written_in: Option<(u8, f64)>,
     /// G98 or G99, if the program has stated it.
@@ -45,6 +49,7 @@ impl Cycle {
         initial_mm: None,
         plane: None,
         depth: None,
+        has_increment: false,
         written_in: None,
         retract: None,
     };
@@ -100,4 +105,68 @@ impl PointCycle {
         bottoms_mm.push(self.depth_mm);
         Some(bottoms_mm)
     }
+}
+
+/// How a cycle makes its hole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum HoleStroke {
+    /// Down at feed, and up to the end at rapid traverse.
+    Drill,
+    /// Down and up at the feed in force, and from the clearance above the surface to the end at rapid traverse.
+    Bore,
+    /// The same with feeds of the cycle.
+    Ream,
+    /// Its course depends on the spindle, and only its end is known.
+    Unseen,
+    /// It is not followed.
+    Other,
+}
+
+/// How the parameters of holes state their levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum HoleLevels {
+    /// By the coordinates of the surface and of a retract plane.
+    Planes,
+    /// By clearances above the surface.
+    Clearances,
+}
+
+/// The cycles of a dialect that state all parameters of a hole.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HoleRules {
+    pub(super) levels: HoleLevels,
+    /// By the number of the cycle.
+    pub(super) stroke: fn(u32) -> HoleStroke,
+    /// After a cycle with feeds of its own the feed before it holds again.
+    pub(super) keeps_feed: bool,
+    /// Under tool-centre-point control they run along the same axis.
+    pub(super) under_tcp: bool,
+}
+
+/// A cycle that makes one hole at the place where it runs, along the axis of the plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct HoleCycle {
+    pub(super) stroke: HoleStroke,
+    /// Where it begins to go down at feed, the bottom, and where it ends \[mm\].
+    pub(super) plane_mm: f64,
+    pub(super) depth_mm: f64,
+    pub(super) end_mm: f64,
+    /// Its own feeds down and up as written, with their decimals. Without them the feed in force holds.
+    pub(super) feeds: Option<[(f64, u8); 2]>,
+    /// The unit in which it was written, and the axis of the plane if it names one.
+    pub(super) mm_per_unit: f64,
+    pub(super) axis: Option<u8>,
+}
+
+impl HoleCycle {
+    /// A cycle that is not followed.
+    pub(super) const OTHER: Self = Self {
+        stroke: HoleStroke::Other,
+        plane_mm: 0.0,
+        depth_mm: 0.0,
+        end_mm: 0.0,
+        feeds: None,
+        mm_per_unit: 1.0,
+        axis: None,
+    };
 }

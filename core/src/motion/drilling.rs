@@ -21,6 +21,8 @@ struct Levels {
     end_mm: f64,
 }
 
+/// Z, across G17. In G18 and G19 some controls drill along Z all the same.
+const ACROSS_G17: u8 = 2;
 /// The most repetitions of a cycle.
 const MAX_TIMES: f64 = 999.0;
 /// Most strokes of a program's cycles in addition to one for each block: repetitions and pecks. A few bytes could ask
@@ -63,6 +65,7 @@ impl Interpreter {
         self.take_cycle_words(plane);
         let levels = self.levels(plane);
         let is_followed = reason.is_none()
+            && plane == ACROSS_G17
             && (self.obstacle().is_none() || self.plane_in_force().is_some())
             && self.cycle_words_are_known();
         let times = self.times().filter(|times| is_followed && self.may_repeat(times - 1));
@@ -71,12 +74,16 @@ impl Interpreter {
             self.modal.cycle.forget();
             return false;
         };
-        if self.modal.cycle.stroke == Stroke::Tap {
+        let is_seen = self.modal.cycle.stroke != Stroke::Tap && self.next_place(plane).is_some();
+        if !is_seen {
             self.opaque(index, block, Unfollowable::CannedCycle, motions);
         }
         self.further_strokes += times - 1;
         for _ in 0..times {
-            self.drill(index, block, plane, levels, motions);
+            match self.next_place(plane).filter(|_| is_seen) {
+                Some(place_mm) => self.drill(index, block, plane, place_mm, levels, motions),
+                None => self.pass_hole(plane, levels.end_mm),
+            }
         }
         self.take_other_words();
         true
@@ -120,9 +127,12 @@ impl Interpreter {
         if let Some(stroke) = stroke {
             if stroke != cycle.stroke {
                 // Controls differ in which values hold for another cycle.
-                (cycle.plane, cycle.depth) = (None, None);
+                (cycle.plane, cycle.depth, cycle.has_increment) = (None, None, false);
             }
             cycle.stroke = stroke;
+        }
+        if self.block.has(Address::Q) {
+            cycle.has_increment = self.block.value(Address::Q).is_some_and(|increment| increment > 0.0);
         }
         if self.block.has(Address::R) {
             cycle.plane = word(Address::R);
@@ -161,6 +171,8 @@ impl Interpreter {
         let is_of_plane = (end_mm - plane_mm).abs() <= SAME_LEVEL_MM;
         let is_agreed = match cycle.stroke {
             Stroke::Drill | Stroke::Tap => true,
+            // K is the number of repetitions on some controls, and of increments on others.
+            Stroke::Peck => cycle.has_increment && !self.block.has(Address::K),
             Stroke::Bore => is_of_plane,
             Stroke::Other => false,
         };
@@ -177,7 +189,35 @@ impl Interpreter {
             && self.modal.tool_length == Some(ToolLength::Plain)
             && self.modal.compensation == Some(false)
             && matches!(self.modal.feed_mode(), Some(FeedMode::PerMinute | FeedMode::PerRevolution))
-            && self.position.linear_mm().is_some()
+    }
+
+    /// The place of the next hole, at the present height, as far as it is known \[mm\].
+    fn place_of_words(&self, plane: u8) -> [Option<f64>; 3] {
+        let [x, y, z, ..] = self.position.axes;
+        let mut place_mm = [x, y, z];
+        let scale = self.modal.mm_per_unit.unwrap_or(1.0);
+        for (slot, address) in [Address::X, Address::Y, Address::Z].into_iter().enumerate() {
+            let Some(value) = self.block.value(address).filter(|_| slot != usize::from(plane)) else {
+                continue;
+            };
+            let from_mm = if self.modal.incremental == Some(true) { place_mm[slot] } else { Some(0.0) };
+            place_mm[slot] = from_mm.map(|from_mm| from_mm + value * scale);
+        }
+        place_mm
+    }
+
+    fn next_place(&self, plane: u8) -> Option<[f64; 3]> {
+        let [Some(x), Some(y), Some(z)] = self.place_of_words(plane) else { return None };
+        Some([x, y, z])
+    }
+
+    /// A hole whose motions are not followed. Its end is known as far as its place.
+    fn pass_hole(&mut self, plane: u8, end_mm: f64) {
+        let place_mm = self.place_of_words(plane);
+        self.position.axes[..3].copy_from_slice(&place_mm);
+        if let Some(drilled) = self.position.axes.get_mut(usize::from(plane)) {
+            *drilled = Some(end_mm);
+        }
     }
 
     /// How often the cycle runs. Only in G91 does it move on in between.
@@ -193,15 +233,20 @@ impl Interpreter {
     }
 
     /// One cycle.
-    fn drill(&mut self, index: usize, block: &Block, plane: u8, levels: Levels, motions: &mut Vec<Motion>) {
-        let mut place_mm = self.position.linear_mm().unwrap_or_default();
-        let scale = self.modal.mm_per_unit.unwrap_or(1.0);
+    fn drill(
+        &mut self,
+        index: usize,
+        block: &Block,
+        plane: u8,
+        place_mm: [f64; 3],
+        levels: Levels,
+        motions: &mut Vec<Motion>,
+    ) {
         let drilled = usize::from(plane);
         for (slot, address) in [Address::X, Address::Y, Address::Z].into_iter().enumerate() {
-            let Some(value) = self.block.value(address).filter(|_| slot != drilled) else { continue };
-            let from_mm = if self.modal.incremental == Some(true) { place_mm[slot] } else { 0.0 };
-            place_mm[slot] = from_mm + value * scale;
-            self.position.decimals[slot] = self.block.decimals[address.index()];
+            if slot != drilled && self.block.has(address) {
+                self.position.decimals[slot] = self.block.decimals[address.index()];
+            }
         }
         let at = |level_mm: f64| {
             let mut there_mm = place_mm;
@@ -218,9 +263,6 @@ impl Interpreter {
             (MotionKind::Linear, at(depth_mm)),
             (up, at(end_mm)),
         ];
-        if self.modal.cycle.stroke == Stroke::Tap {
-            return self.stand_at(at(end_mm));
-        }
         for (kind, to_mm) in course {
             if self.position.linear_mm() == Some(to_mm) {
                 continue;
@@ -238,7 +280,7 @@ impl Interpreter {
         }
     }
 
-    fn stand_at(&mut self, place_mm: [f64; 3]) {
+    pub(super) fn stand_at(&mut self, place_mm: [f64; 3]) {
         for (axis, to_mm) in self.position.axes.iter_mut().zip(place_mm) {
             *axis = Some(to_mm);
         }

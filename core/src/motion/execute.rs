@@ -27,6 +27,8 @@ pub(super) enum Action {
     Unknown,
     /// The axis words belong to a programmable frame.
     Frame,
+    /// A cycle makes a hole here.
+    Hole,
     /// A spline, a thread or a similar motion, in this block only.
     Odd(Unfollowable),
 }
@@ -66,7 +68,7 @@ impl Interpreter {
             one_shot = Some(Unfollowable::MachineCoordinates);
         }
         if self.this_block.runs_cycle {
-            action = action.or(Some(Action::Odd(Unfollowable::CannedCycle)));
+            action = self.action_at_call(action);
         } else if self.this_block.moves_elsewhere {
             action = action.or(Some(Action::Elsewhere));
         }
@@ -91,6 +93,7 @@ impl Interpreter {
         }
         let before = motions.len();
         self.act(batch, index, block, action, one_shot, reason, motions, diagnostics);
+        self.end_with_hole(index, block, action, before, motions);
         if let Some(plane) = plane {
             self.enter_plane(&plane, [first, second]);
         }
@@ -147,6 +150,7 @@ impl Interpreter {
                 self.modal.feed = ModalFeed::Unknown;
             }
             Some(Action::Consume | Action::Frame) => {}
+            Some(Action::Hole) => self.run_hole(index, block, reason.or(one_shot), motions),
             Some(Action::Shift) => {
                 self.set_feed();
                 // G92 E0 zeroes the extruder, and G92 S limits the spindle. G92 alone zeroes all axes.

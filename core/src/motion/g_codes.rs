@@ -123,12 +123,10 @@ impl Interpreter {
                 Meaning::Call => also(&mut action, Action::Call),
                 Meaning::ModalCall => {
                     self.modal.macro_call = Some(true);
+                    self.modal.hole_at_motions = false;
                     also(&mut action, Action::Call);
                 }
-                Meaning::EndModalCall => {
-                    self.modal.macro_call = Some(false);
-                    self.position.forget_all();
-                }
+                Meaning::EndModalCall => self.end_modal_call(),
                 Meaning::Statement(statement) => {
                     if let Some(new) = self.apply_statement(statement, reason) {
                         also(&mut action, new);
@@ -259,14 +257,8 @@ impl Interpreter {
     /// Leaves the motion of the words unchanged. Returns the other actions.
     fn leave(&mut self, meaning: Meaning) -> Option<Action> {
         match meaning {
-            Meaning::ModalCycle => {
-                self.modal.macro_call = Some(true);
-                self.position.forget_axes();
-            }
-            Meaning::Cycle => {
-                self.position.forget_axes();
-                return Some(Action::Odd(Unfollowable::CannedCycle));
-            }
+            Meaning::ModalCycle => return Some(self.begin_modal_hole()),
+            Meaning::Cycle => return Some(Action::Hole),
             Meaning::Swivel(on) => {
                 self.transform(Transformation::Swivel, on);
                 if on {

@@ -408,6 +408,9 @@ impl Interpreter {
         if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
             self.shift_offsets();
         }
+        if block.flags.has(BlockFlags::SETS_CYCLE) {
+            self.modal.hole = None;
+        }
     }
 
     /// A work offset moves, so no position is known in the new coordinates.

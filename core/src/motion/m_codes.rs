@@ -33,6 +33,8 @@ impl Interpreter {
                 MFunction::CycleModal => {
                     self.this_block.runs_cycle = true;
                     self.modal.macro_call = Some(true);
+                    // A setting of the control decides whether this is a call.
+                    self.modal.hole = None;
                 }
                 MFunction::Tcp(true) => self.set_tcp(true),
                 MFunction::Tcp(false) => self.this_block.tcp_off_behind = true,

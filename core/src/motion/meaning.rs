@@ -81,6 +81,12 @@ pub(super) enum Statement {
     CallLabel,
     RepeatLabel,
     CycleCall,
+    /// The defined cycle runs at the present position.
+    CycleCallHere,
+    /// A cycle that makes one hole is defined.
+    DefineHole,
+    /// A cycle that waits for its call and is not followed.
+    OtherCycle,
     /// A motion whose end is not stated.
     Contour,
     Probe,

@@ -27,6 +27,7 @@ mod feed_rules;
 mod feed_tests;
 mod feed_words;
 mod g_codes;
+mod hole_cycle;
 mod interpreter;
 mod m_codes;
 mod machine_axes;

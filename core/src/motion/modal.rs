@@ -1,6 +1,6 @@
 //! The modal state of a control. `None` is an unknown value.
 
-use super::cycle::{Cycle, PointCycle};
+use super::cycle::{Cycle, HoleCycle, PointCycle};
 use super::plane::TiltedPlane;
 use super::radius::Radius;
 use super::sections::behind;
@@ -138,6 +138,9 @@ pub(super) struct Modal {
     pub(super) next_motion: Option<MotionMode>,
     /// The canned cycle under way.
     pub(super) cycle: Cycle,
+    /// The cycle of one hole that is defined, and whether it runs at the end of every motion.
+    pub(super) hole: Option<HoleCycle>,
+    pub(super) hole_at_motions: bool,
     /// The program's points are points of a cycle.
     pub(super) in_cycle: bool,
     /// How it drills at its points, if that is known.
@@ -185,6 +188,8 @@ impl Modal {
         rotary_feed_in_mm: false,
         next_motion: None,
         cycle: Cycle::NONE,
+        hole: None,
+        hole_at_motions: false,
         in_cycle: false,
         point_cycle: None,
         points_in_world: false,
@@ -212,6 +217,7 @@ impl Modal {
         self.length_number = None;
         self.feed = ModalFeed::Unknown;
         self.cycle = Cycle::NONE;
+        self.hole = None;
         self.point_cycle = None;
         self.points_in_world = false;
         self.turn = None;
@@ -275,6 +281,8 @@ impl Modal {
                 )),
                 // Sections are not passed while a program is followed as it runs, and only then are these followed.
                 cycle: Cycle::NONE,
+                hole: None,
+                hole_at_motions: false,
                 point_cycle: None,
                 points_in_world: self.points_in_world,
                 turn: None,
@@ -357,6 +365,8 @@ impl Modal {
             datum_mm: std::array::from_fn(|i| same(self.datum_mm[i], skipped.datum_mm[i])),
             shortest_path: self.shortest_path || skipped.shortest_path,
             cycle: self.cycle.common(skipped.cycle),
+            hole: same(self.hole, skipped.hole),
+            hole_at_motions: self.hole_at_motions || skipped.hole_at_motions,
             point_cycle: self.point_cycle.filter(|cycle| skipped.point_cycle == Some(*cycle)),
             ..*self
         }

@@ -1,5 +1,7 @@
 //! The modes in which a control begins a program, as its owner states them.
 
+use super::cycle::Retract;
+
 /// The modes in force before a program's first block. A mode that is not stated is that of
 /// [`Interpreter`](super::Interpreter).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -11,13 +13,15 @@ pub struct StartModes {
     pub(super) incremental: Option<bool>,
     /// G95, not G94.
     pub(super) is_per_turn: Option<bool>,
+    /// The level to which canned cycles retract.
+    pub(super) retract: Option<Retract>,
 }
 
 /// Why codes do not state modes.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StartCodesFault {
     /// Another word than the codes below.
-    #[error("{0:?} is not allowed here; the codes are G0 G1 G17 G18 G19 G90 G91 G94 G95")]
+    #[error("{0:?} is not allowed here; the codes are G0 G1 G17 G18 G19 G90 G91 G94 G95 G98 G99")]
     NoMode(String),
     /// Two codes of one group.
     #[error("{0:?} is of the same group as a code before it")]
@@ -28,8 +32,8 @@ pub enum StartCodesFault {
 const SHOWN: usize = 16;
 
 impl StartModes {
-    /// The modes of these codes, separated by blanks: G0 or G1, G17 G18 or G19, G90 or G91, G94 or G95, at most one of
-    /// each group.
+    /// The modes of these codes, separated by blanks: G0 or G1, G17 G18 or G19, G90 or G91, G94 or G95, G98 or
+    /// G99, at most one of each group.
     ///
     /// # Errors
     /// The first word that is no such code, or the second code of a group.
@@ -50,6 +54,8 @@ impl StartModes {
                 Some(91) => modes.incremental.replace(true).is_none(),
                 Some(94) => modes.is_per_turn.replace(false).is_none(),
                 Some(95) => modes.is_per_turn.replace(true).is_none(),
+                Some(98) => modes.retract.replace(Retract::Initial).is_none(),
+                Some(99) => modes.retract.replace(Retract::Plane).is_none(),
                 _ => return Err(StartCodesFault::NoMode(shown())),
             };
             if !is_first {
@@ -66,12 +72,13 @@ mod tests {
 
     #[test]
     fn codes_are_modes_and_everything_else_is_named() {
-        let modes = StartModes::from_codes("G01 g17 G90  G95").unwrap();
+        let modes = StartModes::from_codes("G01 g17 G90  G95 g98").unwrap();
         let expected = StartModes {
             is_rapid: Some(false),
             plane: Some(2),
             incremental: Some(false),
             is_per_turn: Some(true),
+            retract: Some(Retract::Initial),
         };
         assert_eq!(modes, expected);
         assert_eq!(StartModes::from_codes("").unwrap(), StartModes::default());
@@ -82,7 +89,7 @@ mod tests {
                 "{wrong}"
             );
         }
-        for twice in ["G0 G1", "G17 G17", "G90 G91", "G94 G95"] {
+        for twice in ["G0 G1", "G17 G17", "G90 G91", "G94 G95", "G98 G99"] {
             assert!(matches!(StartModes::from_codes(twice), Err(StartCodesFault::Twice(_))), "{twice}");
         }
     }

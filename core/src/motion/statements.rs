@@ -22,6 +22,8 @@ pub(super) struct ThisBlock {
     pub(super) from_machine_zero: bool,
     /// A cycle runs where the block ends.
     pub(super) runs_cycle: bool,
+    /// The defined cycle makes a hole where the block ends.
+    pub(super) makes_hole: bool,
     /// The program ends here.
     pub(super) ends: bool,
     /// The block's F is not a path feed in the program's unit.
@@ -82,10 +84,11 @@ impl Interpreter {
         if self.modal.motion.is_some() || !self.rules.motion_is_modal {
             return;
         }
-        let StartModes { is_rapid, plane, incremental, is_per_turn } = self.options.start_modes;
+        let StartModes { is_rapid, plane, incremental, is_per_turn, retract } = self.options.start_modes;
         self.modal.motion = is_rapid.map(|rapid| if rapid { MotionMode::Rapid } else { MotionMode::Linear });
         self.modal.plane = plane.or(self.modal.plane);
         self.modal.incremental = incremental.or(self.modal.incremental);
+        self.modal.cycle.retract = retract;
         if let Some(per_turn) = is_per_turn {
             self.modal.count_feed(Some(if per_turn { FeedMode::PerRevolution } else { FeedMode::PerMinute }));
         }
@@ -183,6 +186,12 @@ impl Interpreter {
                 self.this_block.runs_cycle = true;
                 return Some(Action::Odd(Unfollowable::CannedCycle));
             }
+            Statement::CycleCallHere => {
+                self.this_block.runs_cycle = true;
+                return Some(Action::Consume);
+            }
+            Statement::DefineHole => return Some(self.define_hole()),
+            Statement::OtherCycle => self.modal.hole = None,
             Statement::Contour => {
                 self.modal.next_motion = None;
                 self.this_block.forgets_linear = true;

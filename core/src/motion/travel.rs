@@ -35,6 +35,21 @@ impl Interpreter {
         reason: Option<Unfollowable>,
         motions: &mut Vec<Motion>,
     ) {
+        if self.modal.hole_at_motions {
+            return self.move_to_hole(index, block, reason, motions);
+        }
+        self.move_by_words(index, block, reason, motions);
+    }
+
+    /// The feed and the motion, without the cycle that may run at every motion.
+    #[inline]
+    pub(super) fn move_by_words(
+        &mut self,
+        index: usize,
+        block: &Block,
+        reason: Option<Unfollowable>,
+        motions: &mut Vec<Motion>,
+    ) {
         let present = self.block.present;
         self.set_feed();
         let is_arc = self.modal.motion == Some(MotionMode::Arc)
@@ -125,7 +140,7 @@ impl Interpreter {
 
     /// Gives a straight motion in a turned frame its ends in the work offset. Returns whether it is followed.
     #[cold]
-    fn turn_ends(&self, motion: &mut Motion, start: Option<AxisWords>) -> bool {
+    pub(super) fn turn_ends(&self, motion: &mut Motion, start: Option<AxisWords>) -> bool {
         let Some((turn, end_mm)) = self.modal.turn.zip(self.position.linear_mm()) else { return false };
         let is_straight = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear);
         let has_directions = self.block.present & (VECTORS | CONTACTS) != 0;
@@ -330,13 +345,10 @@ impl Interpreter {
         let certain = self.modal.incremental == Some(false) && self.block.present & L == 0;
         self.take_axis_words();
         self.take_other_words();
+        // In G18 and G19 some controls drill along Z, others across the plane.
         match self.modal.plane.filter(|_| certain) {
-            Some(plane) => {
-                if let Some(drilled) = self.position.axes.get_mut(usize::from(plane)) {
-                    *drilled = None;
-                }
-            }
-            None => self.position.forget_linear(),
+            Some(2) => self.position.axes[2] = None,
+            _ => self.position.forget_linear(),
         }
     }
 

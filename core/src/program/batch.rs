@@ -51,6 +51,8 @@ impl BlockFlags {
     pub const COMMENT: Self = Self(32);
     /// The block has a word after a comma.
     pub const COMMA: Self = Self(64);
+    /// The block may set a parameter of a cycle that is defined already.
+    pub const SETS_CYCLE: Self = Self(128);
 
     /// Whether all of `other` are set.
     #[must_use]

@@ -78,6 +78,12 @@ listed! {
         Circle,
         /// A standard cycle, executed once.
         Cycle,
+        /// The block states a cycle that makes one hole at a place, and has its parameters as words. P is the number of
+        /// the cycle, Q the coordinate of the surface, K the clearance above it, S and L the feeds down and up. In
+        /// Sinumerik programs R is the retract plane, I the coordinate of the depth, J the depth below the surface, and
+        /// H names the plane (1 to 3 for G17 to G19). In conversational programs J is the depth from the surface,
+        /// negative downwards, and R the second clearance.
+        Hole,
         /// `MCALL CYCLE81(…)`: a standard cycle at every motion.
         ModalCycle,
         /// `MCALL NAME(…)`: another program at every motion.
@@ -193,6 +199,10 @@ listed! {
         RepeatLabel,
         /// `CYCL CALL`, and cycles that act at their own place.
         CycleCall,
+        /// `CYCL CALL` alone: the defined cycle runs at the present position.
+        CycleCallHere,
+        /// `CYCL DEF` of a cycle that waits for its call and is not read.
+        OtherCycle,
         /// `TCH PROBE`
         Probe,
         /// A statement that changes nothing on which the path depends.

@@ -1,6 +1,7 @@
 //! Heidenhain conversational words and M codes.
 
 use super::{MotionRules, PlainStatement};
+use crate::motion::cycle::{HoleLevels, HoleRules, HoleStroke};
 use crate::motion::meaning::{MFunction, Meaning, Statement};
 use crate::motion::modal::{MotionMode, Transformation};
 use crate::motion::{FeedForm, FeedMode, FeedRules};
@@ -11,6 +12,12 @@ use crate::units::MM_PER_INCH;
 pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     m: m_function,
+    holes: Some(HoleRules {
+        levels: HoleLevels::Clearances,
+        stroke: hole,
+        keeps_feed: true,
+        under_tcp: false,
+    }),
     keyword: keyword_meaning,
     motion_is_modal: false,
     plain_statement: Some((Keyword::L, PlainStatement::Line)),
@@ -51,6 +58,16 @@ fn m_function(tenths: u32) -> MFunction {
         // A retraction along the tool, or the end of a basic rotation: the axes are elsewhere.
         1400 | 1430 => MFunction::Elsewhere,
         code => FEED.mode(Code::M(code)).map_or(MFunction::Plain, |(mode, _)| MFunction::Feed(mode)),
+    }
+}
+
+/// How a cycle makes its hole: 200 and 240 drill and centre, 201 to 203 go up at a feed, 206, 207 and 209 cut threads.
+fn hole(number: u32) -> HoleStroke {
+    match number {
+        200 | 240 => HoleStroke::Drill,
+        201..=203 => HoleStroke::Ream,
+        206 | 207 | 209 => HoleStroke::Unseen,
+        _ => HoleStroke::Other,
     }
 }
 
@@ -95,6 +112,9 @@ fn keyword_meaning(keyword: Keyword) -> Meaning {
         K::CallLabel => Statement::CallLabel,
         K::RepeatLabel => Statement::RepeatLabel,
         K::CycleCall => Statement::CycleCall,
+        K::CycleCallHere => Statement::CycleCallHere,
+        K::Hole => Statement::DefineHole,
+        K::OtherCycle => Statement::OtherCycle,
         K::Probe => Statement::Probe,
         _ => return Meaning::Unknown,
     };

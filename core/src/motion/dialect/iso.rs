@@ -62,7 +62,8 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
 /// G76 and G87 move aside, and G88 is moved out by hand.
 fn stroke(code: Code) -> Option<Stroke> {
     match code {
-        Code::G(730 | 810 | 820 | 830 | 860) => Some(Stroke::Drill),
+        Code::G(810 | 820 | 860) => Some(Stroke::Drill),
+        Code::G(730 | 830) => Some(Stroke::Peck),
         Code::G(850 | 890) => Some(Stroke::Bore),
         Code::G(740 | 840) => Some(Stroke::Tap),
         Code::G(760 | 810..=899) => Some(Stroke::Other),

@@ -8,7 +8,7 @@ mod iso;
 mod okuma;
 mod siemens;
 
-use super::cycle::Stroke;
+use super::cycle::{HoleRules, Stroke};
 use super::meaning::{MFunction, Meaning};
 use super::modal::{MotionMode, ToolLength};
 use super::{FeedRules, WorkOffset};
@@ -27,6 +27,8 @@ pub(super) struct MotionRules {
     /// How a canned cycle drills, by its code; `None` for a code that is no cycle. A dialect without this has no canned
     /// cycle that is followed.
     pub(super) cycles: Option<fn(Code) -> Option<Stroke>>,
+    /// How cycles that state all parameters of a hole make it; `None` if the dialect has no such cycle that is followed.
+    pub(super) holes: Option<HoleRules>,
     /// The meaning of a statement word.
     pub(super) keyword: fn(Keyword) -> Meaning,
     /// The motion that holds at the start.
@@ -116,6 +118,7 @@ impl MotionRules {
         g: |_| Meaning::Unknown,
         m: |_| MFunction::Plain,
         cycles: None,
+        holes: None,
         keyword: |_| Meaning::Unknown,
         motion: None,
         tool_length: ToolLength::Plain,

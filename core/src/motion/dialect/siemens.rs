@@ -1,6 +1,7 @@
 //! Sinumerik codes and statement words.
 
 use super::{MotionRules, ToolRules, ToolWords};
+use crate::motion::cycle::{HoleLevels, HoleRules, HoleStroke};
 use crate::motion::meaning::{MFunction, Meaning, ProgramFrame, Statement};
 use crate::motion::modal::{MotionMode, ToolLength, Transformation};
 use crate::motion::work_offset::OffsetCode;
@@ -13,6 +14,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     feed: FEED,
     g: g_meaning,
     m: m_function,
+    holes: Some(HoleRules { levels: HoleLevels::Planes, stroke: hole, keeps_feed: false, under_tcp: true }),
     keyword: keyword_meaning,
     tool_words: ToolWords::EdgeByTAndD,
     two_codes_conflict: true,
@@ -93,6 +95,18 @@ fn m_function(tenths: u32) -> MFunction {
     }
 }
 
+/// How a cycle makes its hole. CYCLE83 breaks chips or removes them, CYCLE82, CYCLE88 and CYCLE89 wait at the depth,
+/// CYCLE86 to CYCLE88 stop the spindle there. CYCLE84 and CYCLE840 cut threads.
+fn hole(number: u32) -> HoleStroke {
+    match number {
+        81..=83 | 86..=88 => HoleStroke::Drill,
+        85 => HoleStroke::Ream,
+        89 => HoleStroke::Bore,
+        84 | 840 => HoleStroke::Unseen,
+        _ => HoleStroke::Other,
+    }
+}
+
 /// The meaning of a statement word.
 fn keyword_meaning(keyword: Keyword) -> Meaning {
     use Transformation::{Cylinder, Diameter, Orientation, PartFrame, PointToPoint, ToolFrame};
@@ -136,7 +150,8 @@ fn keyword_meaning(keyword: Keyword) -> Meaning {
         // A word that is still `Named` here has no known meaning.
         Keyword::MachineAxis | Keyword::Named => Meaning::OtherAxis,
         Keyword::ForeignAxis | Keyword::OtherCourse => Meaning::ForeignWord,
-        Keyword::Assigned | Keyword::Declaration | Keyword::PlaneAngle => Meaning::Harmless,
+        // The words of a hole belong to the cycle in the same block.
+        Keyword::Assigned | Keyword::Declaration | Keyword::PlaneAngle | Keyword::Hole => Meaning::Harmless,
         Keyword::BlockWord => Meaning::BlockWord,
         Keyword::ToolOffset => Meaning::ToolOffset,
         Keyword::CornerRounding => Meaning::RoundsCorners(true),

@@ -25,6 +25,8 @@ const DECIMALS: u8 = 4;
 #[derive(Debug, Clone, Default)]
 pub(in crate::program) struct Parameters {
     values: BTreeMap<u32, f64>,
+    /// The cycle that waits for its call makes a hole. It sets no parameter of the program.
+    makes_hole: bool,
     /// How many files call the present one, one inside the other. Each has QL parameters of its own.
     depth: u32,
 }
@@ -34,7 +36,7 @@ impl Parameters {
         for index in 0..batch.blocks.len() {
             let Some(block) = batch.blocks.get(index).copied() else { break };
             match block.kind {
-                BlockKind::Call | BlockKind::Malformed => self.values.clear(),
+                BlockKind::Call | BlockKind::Malformed => self.forget(),
                 BlockKind::Assignment => self.assign(batch, &block),
                 BlockKind::Words => {
                     if block.flags.has(BlockFlags::EXPRESSION) {
@@ -43,10 +45,28 @@ impl Parameters {
                     if block.flags.has(BlockFlags::ASSIGNS) {
                         self.cycle(batch, &block);
                     }
-                    if calls(batch.words(&block)) {
-                        self.values.clear();
+                    self.note_cycle(batch.words(&block), block.flags.has(BlockFlags::DELETE));
+                    if calls(batch.words(&block), self.makes_hole) {
+                        self.forget();
                     }
                 }
+                _ => {}
+            }
+        }
+    }
+
+    /// Any parameter may have any value, and any cycle may be defined.
+    fn forget(&mut self) {
+        self.values.clear();
+        self.makes_hole = false;
+    }
+
+    /// Notes which cycle waits for its call.
+    fn note_cycle(&mut self, words: &[Word], may_be_skipped: bool) {
+        for keyword in words.iter().filter_map(Word::keyword) {
+            match keyword {
+                Keyword::Hole => self.makes_hole = !may_be_skipped || self.makes_hole,
+                Keyword::OtherCycle => self.makes_hole = false,
                 _ => {}
             }
         }
@@ -216,19 +236,25 @@ impl Parameters {
     }
 }
 
-/// Whether the block runs unseen text that may set any parameter.
-fn calls(words: &[Word]) -> bool {
+/// Whether the block runs unseen text that may set any parameter. A cycle that makes a hole sets none.
+fn calls(words: &[Word], makes_hole: bool) -> bool {
     words.iter().any(|word| match word.keyword() {
-        Some(keyword) => matches!(
-            keyword,
-            Keyword::CallLabel
-                | Keyword::RepeatLabel
-                | Keyword::CycleCall
-                | Keyword::Probe
-                | Keyword::ToolCall
-                | Keyword::UnknownStatement
-        ),
-        None => word.address == Address::M && matches!(word.code_tenths(), Some(60 | 890 | 990)),
+        Some(keyword) => {
+            matches!(
+                keyword,
+                Keyword::CallLabel
+                    | Keyword::RepeatLabel
+                    | Keyword::CycleCall
+                    | Keyword::Probe
+                    | Keyword::ToolCall
+                    | Keyword::UnknownStatement
+            ) || (keyword == Keyword::CycleCallHere && !makes_hole)
+        }
+        None if word.address == Address::M => match word.code_tenths() {
+            Some(990) => !makes_hole,
+            code => matches!(code, Some(60 | 890)),
+        },
+        None => false,
     })
 }
 

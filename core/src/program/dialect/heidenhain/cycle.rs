@@ -1,5 +1,6 @@
 //! Cycles. Most of them only define the effect of a later call. A few act at their own place.
 
+use super::hole::hole;
 use super::line::{Value, value};
 use super::statement::said;
 use crate::program::dialect::line::Line;
@@ -7,6 +8,11 @@ use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 
 /// Cycles of points and patterns. At their own place they call the cycle that was defined before.
 const CALLING: [u32; 4] = [220, 221, 224, 239];
+/// Cycles that act where they are defined, so that the cycle that waits for its call stays: dwell, spindle, contours,
+/// tolerance.
+const AT_ONCE: [u32; 5] = [9, 13, 14, 20, 32];
+/// M codes beside a call that only switch spindle and coolant.
+const BESIDE_CALL: [&[u8]; 7] = [b"M3", b"M4", b"M5", b"M8", b"M9", b"M13", b"M14"];
 /// From this number on: cycles of turning, grinding and probing, some of which move at once.
 const FIRST_UNKNOWN: u32 = 290;
 
@@ -17,7 +23,11 @@ pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     let verb_end = scan.letters_end(scan.at);
     let verb = scan.slice(scan.at, verb_end);
     if verb.eq_ignore_ascii_case(b"CALL") {
-        return said(scan, Keyword::CycleCall, start);
+        let rest = scan.slice(verb_end, comment(scan, verb_end));
+        let is_beside = |word: &[u8]| BESIDE_CALL.iter().any(|code| word.eq_ignore_ascii_case(code));
+        let is_here = rest.split(u8::is_ascii_whitespace).all(|word| word.is_empty() || is_beside(word));
+        let keyword = if is_here { Keyword::CycleCallHere } else { Keyword::CycleCall };
+        return said(scan, keyword, start);
     }
     if !verb.eq_ignore_ascii_case(b"DEF") {
         return said(scan, Keyword::UnknownStatement, start);
@@ -55,12 +65,18 @@ pub(super) fn read(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
         247 => preset(scan, start, head),
         number if CALLING.contains(&number) => said(scan, Keyword::CycleCall, start),
         number if number >= FIRST_UNKNOWN => said(scan, Keyword::UnknownStatement, start),
-        _ => {
+        number => {
             // The parameters of the cycle are Q parameters, and the cycle sets them.
             if memchr::memchr(b'=', scan.slice(head, scan.extent.body_end)).is_some() {
                 scan.flags.set(BlockFlags::ASSIGNS);
             }
-            said(scan, Keyword::Statement, start)
+            if AT_ONCE.contains(&number) {
+                said(scan, Keyword::Statement, start)
+            } else if hole(scan, number, start, head) {
+                BlockKind::Words
+            } else {
+                said(scan, Keyword::OtherCycle, start)
+            }
         }
     }
 }

@@ -4,6 +4,7 @@
 pub(in crate::program) mod constants;
 mod cycle;
 mod flow;
+mod hole;
 mod line;
 mod path;
 mod plane;

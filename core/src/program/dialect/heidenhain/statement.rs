@@ -1,6 +1,7 @@
 //! The statements that are not paths, by their first words.
 
 use super::cycle;
+use super::hole;
 use super::line::{Value, value};
 use super::path;
 use crate::program::dialect::line::Line;
@@ -175,8 +176,11 @@ fn function(scan: &mut Line<'_>, start: usize, end: usize) -> BlockKind {
     match number {
         // Sums, roots, angles, and values from the control.
         0..=8 | 13 | 18 | 24 | 28 => {
-            scan.flags.set(BlockFlags::ASSIGNS);
-            scan.skip_all();
+            assigns(scan, start);
+            // A row of a table may have several parameters.
+            if matches!(number, 24 | 28) {
+                scan.flags.set(BlockFlags::SETS_CYCLE);
+            }
             BlockKind::Assignment
         }
         9..=12 => {
@@ -202,9 +206,17 @@ fn assignment(scan: &mut Line<'_>, start: usize) -> BlockKind {
         scan.fail_unexpected(start);
         return BlockKind::Malformed;
     }
-    scan.flags.set(BlockFlags::ASSIGNS);
-    scan.skip_all();
+    assigns(scan, start);
     BlockKind::Assignment
+}
+
+/// The statement sets a parameter.
+fn assigns(scan: &mut Line<'_>, start: usize) {
+    scan.flags.set(BlockFlags::ASSIGNS);
+    if hole::sets_cycle(scan.slice(start, scan.extent.body_end)) {
+        scan.flags.set(BlockFlags::SETS_CYCLE);
+    }
+    scan.skip_all();
 }
 
 /// `TOOL CALL 5 Z S2000 F350 DL+0.1`: another tool, unless only the speed is called. `TOOL DEF` only defines a tool.

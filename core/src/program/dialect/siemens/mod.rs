@@ -4,6 +4,7 @@
 //! `names` states what the names of the control's language are.
 
 pub(in crate::program) mod constants;
+mod cycle;
 mod detect;
 mod flow;
 mod line;

@@ -1,6 +1,7 @@
 //! The parts of Sinumerik programs that are not letters with numbers: names, assignments, calls, values of every form.
 
 use super::constants::{MAX_DEPTH, Mistake, NoNames, Number, Walk, operand_name_end, with_exponent};
+use super::cycle;
 use super::line::{fail_exponent, fail_value, has_equals, has_exponent, push_keyword};
 use super::names::{self, Name};
 use crate::program::dialect::line::Line;
@@ -108,7 +109,13 @@ fn numbered_cycle(line: &mut Line<'_>, start: usize, end: usize, number: u32) {
             return;
         }
         832 => Keyword::UnknownStatement,
-        _ if names::is_standard_cycle(number) => Keyword::Cycle,
+        _ if names::is_standard_cycle(number) => {
+            if cycle::hole(line, Keyword::Cycle, start, end, number, false) {
+                line.at = tail.end;
+                return;
+            }
+            Keyword::Cycle
+        }
         _ => return line.settle(BlockKind::Call),
     };
     push_keyword(line, keyword, start, tail.end);
@@ -128,6 +135,12 @@ fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
         .and_then(|_| std::str::from_utf8(name.get(5..)?).ok()?.parse().ok());
     let is_standard =
         number.is_some_and(names::is_standard_cycle) || names::name(name) == Some(Name::Word(Keyword::Cycle));
+    let is_hole = number
+        .filter(|_| is_standard)
+        .is_some_and(|number| cycle::hole(line, Keyword::ModalCycle, start, callee_end, number, true));
+    if is_hole {
+        return line.skip_all();
+    }
     let keyword = if is_standard { Keyword::ModalCycle } else { Keyword::ModalCall };
     let line_end = line.end();
     push_keyword(line, keyword, start, line_end);
