@@ -20,7 +20,7 @@ RUN mkdir -p src core/src benches tests \
     && echo 'fn main() {}' | tee src/main.rs >build.rs
 
 FROM manifests AS build
-RUN cargo build --locked --profile dist --features otlp --bin trunnion && rm -r src core/src build.rs
+RUN cargo build --locked --profile dist --features otlp,scale-out --bin trunnion && rm -r src core/src build.rs
 # Only what is compiled in (`tests/api/deploy.rs`).
 COPY build.rs ./
 COPY .sqlx .sqlx
@@ -33,13 +33,13 @@ COPY core core
 COPY src src
 # The sources are newer than the stand-ins, whatever their time stamps say.
 RUN touch build.rs core/src/lib.rs src/lib.rs src/main.rs \
-    && cargo build --locked --profile dist --features otlp --bin trunnion
+    && cargo build --locked --profile dist --features otlp,scale-out --bin trunnion
 
 FROM manifests AS sbom
 RUN cargo install --locked cargo-cyclonedx@0.5.9
 COPY deploy/sbom deploy/
 ARG SOURCE_DATE_EPOCH=0
-RUN deploy/sbom /trunnion.cdx.json
+RUN deploy/sbom /trunnion.cdx.json '' otlp,scale-out
 
 FROM debian:bookworm-slim
 # Receivers of webhooks are trusted by the system's certificates.

@@ -11,7 +11,7 @@ use super::{
     CompensateArguments, ConfigCommand, KeysCommand, StartFault, WebhooksCommand, backup, compensate, demo,
     doctor, health, keys, manual, migrate, serve, settings, webhooks,
 };
-use crate::config::{Flags, Settings, unknown_variables};
+use crate::config::{DatabaseAddress, Flags, Settings, unknown_variables};
 use crate::store::{AuditHead, Depth};
 
 /// One HTTP service for five-axis machine tools.
@@ -42,8 +42,12 @@ pub enum Command {
     /// Show or rotate the secret that signs webhooks; works while the service runs
     #[command(subcommand)]
     Webhooks(WebhooksCommand),
-    /// Update the database to the newest schema, without serving
-    Migrate,
+    /// Update the database to the newest schema, without serving; or move it to a server
+    Migrate {
+        /// Move the data directory to this empty database on a server of PostgreSQL; with --files postgres its files too
+        #[arg(long, value_name = "ADDRESS")]
+        to: Option<DatabaseAddress>,
+    },
     /// Copy the data directory (database, files, manifest); works while the service runs
     Backup {
         /// Directory of the backup; it must not exist
@@ -111,7 +115,12 @@ pub fn run(cli: &Cli) -> Result<(), StartFault> {
         }
         Command::Keys(command) => keys::run(&settings()?, command),
         Command::Webhooks(command) => webhooks::run(&settings()?, *command),
-        Command::Migrate => Ok(migrate::run(&settings()?)?),
+        Command::Migrate { to: None } => Ok(migrate::run(&settings()?)?),
+        Command::Migrate { to: Some(address) } => {
+            told()?.iter().for_each(|warning| warn(warning));
+            let flags = Flags { database: Some(Some(address.clone())), ..cli.flags.clone() };
+            Ok(migrate::to_server(&Settings::load(&flags, cli.config.as_ref())?, address)?)
+        }
         Command::Backup { target } => Ok(backup::back_up(&settings()?, target)?),
         Command::Restore { backup } => Ok(backup::restore(&settings()?, backup)?),
         Command::Doctor { quick, deep, audit_head } => {

@@ -3,19 +3,18 @@
 use std::path::Path;
 
 use super::CommandFault;
+use super::doctor;
 use super::migrate::block_on;
 use super::settings::say;
-use crate::config::Settings;
+use crate::config::{DatabaseAddress, FilesIn, Settings};
 use crate::jobs::Sources;
 use crate::store::{self, Manifest};
 
 /// Backs up into `target`.
 pub(super) fn back_up(settings: &Settings, target: &Path) -> Result<(), CommandFault> {
-    of_a_file(
-        settings,
-        "backup",
-        "pg_dump, or pg_basebackup with an archive of its log, and then copy the data directory",
-    )?;
+    if let Some(address) = &settings.database {
+        return of_the_server(settings, address, target);
+    }
     let created_at = Sources::real().timestamp();
     let manifest = block_on(async { Ok(store::back_up(&settings.data_dir, target, created_at).await?) })?;
     say(&format!("{} holds {}", target.display(), told(&manifest)))
@@ -23,17 +22,31 @@ pub(super) fn back_up(settings: &Settings, target: &Path) -> Result<(), CommandF
 
 /// Restores `backup` into the data directory.
 pub(super) fn restore(settings: &Settings, backup: &Path) -> Result<(), CommandFault> {
-    of_a_file(settings, "restore", "pg_restore, and copy the data directory of the same backup back")?;
+    if settings.database.is_some() {
+        let instead = "pg_restore, and copy the data directory of the same backup back";
+        return Err(CommandFault::OfTheServer { command: "restore", instead });
+    }
     let manifest = block_on(async { Ok(store::restore(backup, &settings.data_dir).await?) })?;
     say(&format!("{} holds {} of {}", settings.data_dir.display(), told(&manifest), manifest.created_at))
 }
 
-/// Refuses a database on a server, and says what to use there.
-fn of_a_file(settings: &Settings, command: &'static str, instead: &'static str) -> Result<(), CommandFault> {
-    match &settings.database {
-        None => Ok(()),
-        Some(_) => Err(CommandFault::OfTheServer { command, instead }),
+/// Reads everything on the server, so that no damage is copied unseen, and prints the commands that copy it. Nothing is
+/// copied: the status says so to a script.
+fn of_the_server(settings: &Settings, address: &DatabaseAddress, target: &Path) -> Result<(), CommandFault> {
+    let faults = doctor::server_is_read(settings, address)?;
+    if faults > 0 {
+        say(&format!("{faults} of the checks failed: a copy would have the same faults"))?;
     }
+    let (target, data_dir) = (target.display(), settings.data_dir.display());
+    say(
+        "copy it with these commands, as the user of the database, and with --schema if the plant has one of its own:",
+    )?;
+    say(&format!("mkdir {target}"))?;
+    say(&format!("pg_dump --format=custom --file {target}/trunnion.dump --dbname {address}"))?;
+    if settings.files == FilesIn::Directory {
+        say(&format!("cp --recursive --no-clobber {data_dir} {target}/data"))?;
+    }
+    Err(CommandFault::OfTheServer { command: "backup", instead: "the commands above, or pg_basebackup" })
 }
 
 fn told(manifest: &Manifest) -> String {

@@ -10,7 +10,7 @@ const READ: &[(&str, &[&str])] = &[
     ("healthcheck", &["config", "listen", "tls_certificate", "tls_key"]),
     ("keys", &["config", "data_dir"]),
     ("webhooks", &["config", "data_dir"]),
-    ("migrate", &["config", "data_dir"]),
+    ("migrate", &["config", "data_dir", "database_password_file", "files"]),
     ("backup", &["config", "data_dir"]),
     ("restore", &["config", "data_dir"]),
     ("doctor", &["config", "data_dir"]),

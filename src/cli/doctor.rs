@@ -7,11 +7,11 @@ use super::migrate::block_on;
 use super::rights::{Rights, believed};
 use super::settings::say;
 use super::tls;
-use crate::config::Settings;
+use crate::config::{DatabaseAddress, Settings};
 use crate::jobs::trusted_certificates;
 use crate::store::{
-    DATABASE_NAME, Deep, Depth, DirectoryLock, DiskSpace, Examination, Store, disk_space, examine_to,
-    mount_kind, network_mount, own_schema, stored_files,
+    DATABASE_NAME, Deep, Depth, DirectoryLock, DiskSpace, Examination, Store, StoreError, disk_space,
+    examine_to, mount_kind, network_mount, own_schema, stored_files,
 };
 
 /// Below this free space a disk counts as nearly full \[bytes\].
@@ -34,6 +34,19 @@ struct Findings {
 impl Findings {
     fn add(&mut self, verdict: Verdict, subject: &'static str, detail: impl Into<String>) {
         self.lines.push((verdict, subject, detail.into()));
+    }
+
+    /// Prints every line, and counts the faults.
+    fn told(&self) -> Result<usize, CommandFault> {
+        for (verdict, subject, detail) in &self.lines {
+            let word = match verdict {
+                Verdict::Sound => "ok",
+                Verdict::Note => "note",
+                Verdict::Fault => "FAULT",
+            };
+            say(&format!("{word:<6} {subject:<16} {detail}"))?;
+        }
+        Ok(self.lines.iter().filter(|(verdict, ..)| *verdict == Verdict::Fault).count())
     }
 
     /// Sound, or a fault if the list of faults is not empty.
@@ -60,19 +73,12 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, depth: &Depth) -> 
         findings.add(Verdict::Note, "rights", warning);
     }
     let data_dir = &settings.data_dir;
-    if directory(data_dir, &mut findings) {
-        let files = stored_files(data_dir);
-        if let Some(address) = &settings.database {
-            match block_on(async { Ok(Store::open_beside_as_set(settings).await?) }) {
-                Ok(_usable) => {
-                    let detail = format!("{address}, {files} stored files");
-                    findings.add(Verdict::Sound, "database", detail);
-                }
-                Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
-            }
-            let unread = "rows and files are not read: the service does that itself (scrub_interval_s)";
-            findings.add(Verdict::Note, "database", unread);
-        } else if data_dir.join(DATABASE_NAME).is_file() {
+    let is_there = directory(data_dir, &mut findings);
+    let files = stored_files(data_dir);
+    if let Some(address) = &settings.database {
+        of_the_server(settings, address, depth, &mut findings);
+    } else if is_there {
+        if data_dir.join(DATABASE_NAME).is_file() {
             match block_on(async { Ok(examine_to(data_dir, depth).await?) }) {
                 Ok(examination) => database(&examination, depth, &mut findings),
                 Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
@@ -83,18 +89,41 @@ pub(super) fn run(settings: &Settings, config: Option<&Path>, depth: &Depth) -> 
             findings.add(Verdict::Note, "database", "missing; the service creates one when it starts");
         }
     }
-    for (verdict, subject, detail) in &findings.lines {
-        let word = match verdict {
-            Verdict::Sound => "ok",
-            Verdict::Note => "note",
-            Verdict::Fault => "FAULT",
-        };
-        say(&format!("{word:<6} {subject:<16} {detail}"))?;
-    }
-    match findings.lines.iter().filter(|(verdict, ..)| *verdict == Verdict::Fault).count() {
+    match findings.told()? {
         0 => Ok(()),
         faults => Err(CommandFault::Unsound { faults }),
     }
+}
+
+/// Checks the database on the server and its files to this depth.
+fn of_the_server(settings: &Settings, address: &DatabaseAddress, depth: &Depth, findings: &mut Findings) {
+    let data_dir = &settings.data_dir;
+    if data_dir.join(DATABASE_NAME).is_file() {
+        let fault = StoreError::FileHere { directory: data_dir.clone() };
+        findings.add(Verdict::Fault, "database", fault.to_string());
+    }
+    match block_on(async { Ok(Store::examine_server(settings, depth).await?) }) {
+        Ok(Some(examination)) => {
+            findings.add(Verdict::Sound, "database", address.to_string());
+            database(&examination, depth, findings);
+        }
+        Ok(None) => match stored_files(data_dir) {
+            0 => {
+                let detail = format!("{address} is empty; the service fills it when it starts");
+                findings.add(Verdict::Note, "database", detail);
+            }
+            files => findings.add(Verdict::Fault, "database", lost(files)),
+        },
+        Err(fault) => findings.add(Verdict::Fault, "database", fault.to_string()),
+    }
+}
+
+/// Reads every row and every file of the database on the server, prints the results, and counts the faults.
+pub(super) fn server_is_read(settings: &Settings, address: &DatabaseAddress) -> Result<usize, CommandFault> {
+    let mut findings = Findings::default();
+    let depth = Depth { files: true, rows: true, known_head: None };
+    of_the_server(settings, address, &depth, &mut findings);
+    findings.told()
 }
 
 /// The files that the next start reads.
@@ -204,8 +233,13 @@ fn deep(found: &Deep, depth: &Depth, findings: &mut Findings) {
 }
 
 fn database(found: &Examination, depth: &Depth, findings: &mut Findings) {
-    findings.add(Verdict::Sound, "SQLite", found.sqlite_version.clone());
-    let ours = own_schema();
+    findings.add(Verdict::Sound, found.engine.0, found.engine.1.clone());
+    if let Some(server) = &found.server {
+        let sound = "what is acknowledged is on its disk, and a service with these settings may use it";
+        findings.none_of("server", sound.to_owned(), &server.faults);
+        server.notes.iter().for_each(|note| findings.add(Verdict::Note, "server", note.clone()));
+    }
+    let ours = found.newest_schema;
     match found.schema {
         Some(schema) if schema == ours => findings.add(Verdict::Sound, "schema", schema.to_string()),
         Some(schema) if schema > ours => {
@@ -241,11 +275,16 @@ fn database(found: &Examination, depth: &Depth, findings: &mut Findings) {
             format!("{waiting} are waiting for delivery, {given_up} were given up"),
         );
     }
-    if files.orphans > 0 && !found.was_served {
+    if files.in_rows && !found.was_served && files.orphans + files.incomplete > 0 {
+        let detail = "a migration into this database did not end: run trunnion migrate --to once more";
+        findings.add(Verdict::Fault, "left over", detail);
+    } else if files.orphans > 0 && !found.was_served {
         findings.add(Verdict::Fault, "left over", lost(files.orphans));
     } else if files.orphans + files.incomplete > 0 {
+        let goes =
+            if files.in_rows { "a service removes them after a day" } else { "the next start removes them" };
         let detail = format!(
-            "{} files that no row names, {} incomplete files: they belong to running requests, or the next start removes them",
+            "{} files that no row names, {} incomplete files: they belong to running requests, or {goes}",
             files.orphans, files.incomplete
         );
         findings.add(Verdict::Note, "left over", detail);

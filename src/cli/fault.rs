@@ -8,6 +8,8 @@ use thiserror::Error;
 use super::DemoFault;
 use crate::config::ConfigFault;
 use crate::jobs::{CompensatorFault, ComputeFault, JobFault, ProgramFilesFault};
+#[cfg(feature = "scale-out")]
+use crate::store::MoveFault;
 use crate::store::{BackupFault, BlobFault, LockFault, StoreError};
 use crate::wire::{Fault, Unreadable};
 
@@ -23,9 +25,13 @@ pub enum CommandFault {
     /// The database cannot be used.
     #[error("the database cannot be used: {0}")]
     Store(#[from] StoreError),
+    /// The data directory was not moved to a server.
+    #[cfg(feature = "scale-out")]
+    #[error(transparent)]
+    Move(#[from] MoveFault),
     /// The command is for a database that is a file.
     #[error(
-        "trunnion {command} is for a database file; with database set, use {instead} (docs/scale-out.md)"
+        "trunnion {command} is for a database file and copied nothing; with database set, use {instead} (docs/scale-out.md)"
     )]
     OfTheServer {
         /// The command.

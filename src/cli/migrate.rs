@@ -1,11 +1,17 @@
-//! Updates the database of a data directory to the newest schema.
+//! Updates the database of a data directory to the newest schema, or moves the directory to a server.
 
 use super::CommandFault;
 use super::rights::keep_private;
 use super::settings::say;
-use crate::config::Settings;
+#[cfg(feature = "scale-out")]
+use crate::config::FilesIn;
+use crate::config::{DatabaseAddress, Settings};
 use crate::jobs::Sources;
+#[cfg(not(feature = "scale-out"))]
+use crate::store::StoreError;
 use crate::store::{DATABASE_NAME, DatabaseFile, DirectoryLock, Store, make_directory, own_schema};
+#[cfg(feature = "scale-out")]
+use crate::store::{Moved, move_to_server};
 
 /// Migrates the database while it holds the directory alone.
 pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
@@ -41,6 +47,39 @@ pub(super) fn run(settings: &Settings) -> Result<(), CommandFault> {
         Some(before) => format!("the database had schema {before} and now has schema {after}"),
         None => format!("a new database with schema {after}"),
     })
+}
+
+/// Moves the data directory to an empty database at this address, while it holds both alone.
+#[cfg(feature = "scale-out")]
+pub(super) fn to_server(settings: &Settings, address: &DatabaseAddress) -> Result<(), CommandFault> {
+    let data_dir = &settings.data_dir;
+    let lock = DirectoryLock::take(data_dir)?;
+    keep_private(data_dir);
+    let instance = Sources::real().ids.next().to_string();
+    let moved = block_on(async { Ok(Box::pin(move_to_server(settings, address, &instance)).await?) })?;
+    drop(lock);
+    let Moved { rows, files, file_bytes, left, was_complete } = moved;
+    if was_complete {
+        say(&format!("an earlier run had moved everything to {address}; every row and file was compared"))?;
+    } else {
+        say(&format!(
+            "{rows} rows and {files} files ({file_bytes} bytes) are compared and are now those of {address}"
+        ))?;
+    }
+    say(&format!("the database file is kept as {}", left.display()))?;
+    let place = data_dir.display();
+    say(&match settings.files {
+        FilesIn::Directory => {
+            format!("the files stay in {place}: the service needs this directory and database = {address}")
+        }
+        FilesIn::Postgres => format!("the files are in the database: {place}/blobs is no longer needed"),
+    })
+}
+
+/// The same in a binary without servers.
+#[cfg(not(feature = "scale-out"))]
+pub(super) fn to_server(_settings: &Settings, _address: &DatabaseAddress) -> Result<(), CommandFault> {
+    Err(StoreError::NoServers.into())
 }
 
 /// Runs a task that waits for the database.

@@ -319,10 +319,10 @@ pub fn content_of(directory: &Path) -> io::Result<Option<String>> {
 }
 
 /// Rows, schema, named files and end of the audit log of a sound database.
-struct Examined {
+pub(super) struct Examined {
     rows: BTreeMap<String, u64>,
     schema: i64,
-    named: BTreeSet<Sha256Hex>,
+    pub(super) named: BTreeSet<Sha256Hex>,
     audit_head: Option<AuditHead>,
 }
 
@@ -331,7 +331,10 @@ fn end_of(head: Option<&AuditHead>) -> String {
 }
 
 /// Reads every row: a database with a finding is not sound.
-async fn examined(database: &Path) -> Result<Examined, BackupFault> {
+///
+/// # Errors
+/// The first finding.
+pub(super) async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     let mut file = DatabaseFile::open(database).await?;
     if let Some(fault) = file.structural_faults().await?.into_iter().next() {
         return Err(BackupFault::Damaged(fault));

@@ -1,8 +1,7 @@
 //! The errors of calibration runs as rows of their own, so that a trend can read them without opening every document.
 
-use sqlx::sqlite::SqliteConnection;
-
 use super::pace::Pace;
+use super::sql::Tx;
 use crate::wire::CalibrationDocument;
 
 /// One error of a run, as a trend reads it.
@@ -49,24 +48,33 @@ pub(super) fn error_rows(document: &CalibrationDocument) -> Vec<ErrorRow> {
     rows
 }
 
+/// A run as it is stored.
+struct StoredRun {
+    seq: i64,
+    document: String,
+}
+
+/// The row of a trend.
+struct StoredError {
+    value: f64,
+    standard_uncertainty: Option<f64>,
+    identifiable: i64,
+}
+
 /// The runs whose rows contradict their document, in words. A document that cannot be read is left out: its digest
 /// shows the damage.
 ///
 /// # Errors
 /// The database failed.
-pub(super) async fn contradictions(
-    connection: &mut SqliteConnection,
-    pace: &Pace,
-) -> Result<Vec<String>, sqlx::Error> {
+pub(super) async fn contradictions(tx: &mut Tx<'_>, pace: &Pace) -> Result<Vec<String>, sqlx::Error> {
     let (mut after, mut expected, mut all_are_read, mut found) = (0, 0, true, Vec::new());
     // One document at a time: they may be long.
-    while let Some((seq, text)) = sqlx::query_as::<_, (i64, String)>(
-        "SELECT seq, document FROM calibrations WHERE seq > ? ORDER BY seq LIMIT 1",
-    )
-    .bind(after)
-    .fetch_optional(&mut *connection)
-    .await?
-    {
+    while let Some(StoredRun { seq, document: text }) = sql!(
+        tx,
+        optional(StoredRun),
+        "SELECT seq, document FROM calibrations WHERE seq > $1 ORDER BY seq LIMIT 1",
+        after
+    )? {
         after = seq;
         pace.spend(text.len() as u64).await;
         if pace.is_over() {
@@ -78,15 +86,14 @@ pub(super) async fn contradictions(
         };
         let mut differs = false;
         for row in error_rows(&document) {
-            differs |= stored(connection, &document, seq, &row).await?.as_ref() != Some(&row);
+            differs |= stored(tx, &document, seq, &row).await?.as_ref() != Some(&row);
             expected += 1;
         }
         if differs {
             found.push(format!("the error rows of calibration {} contradict its document", document.id));
         }
     }
-    let rows: i64 =
-        sqlx::query_scalar("SELECT COUNT(*) FROM calibration_errors").fetch_one(connection).await?;
+    let rows: i64 = sql!(tx, one(_), "SELECT COUNT(*) AS \"count!\" FROM calibration_errors")?;
     if all_are_read && rows > expected {
         found.push(format!("trends read {rows} errors, but the calibrations have {expected}"));
     }
@@ -95,29 +102,29 @@ pub(super) async fn contradictions(
 
 /// The row of a trend for this error of a run.
 async fn stored(
-    connection: &mut SqliteConnection,
+    tx: &mut Tx<'_>,
     document: &CalibrationDocument,
     seq: i64,
     row: &ErrorRow,
 ) -> Result<Option<ErrorRow>, sqlx::Error> {
-    let found: Option<(f64, Option<f64>, bool)> = sqlx::query_as(
+    let found: Option<StoredError> = sql!(
+        tx,
+        optional(StoredError),
         "SELECT value, standard_uncertainty, identifiable FROM calibration_errors
-         WHERE machine_id = ? AND axis = ? AND error = ? AND measured_at = ? AND calibration_seq = ?
-             AND calibration_id = ? AND machine_revision = ?",
-    )
-    .bind(&document.machine_id)
-    .bind(&row.axis)
-    .bind(&row.error)
-    .bind(&document.measured_at)
-    .bind(seq)
-    .bind(&document.id)
-    .bind(document.machine_revision)
-    .fetch_optional(connection)
-    .await?;
-    Ok(found.map(|(value, standard_uncertainty, identifiable)| ErrorRow {
+         WHERE machine_id = $1 AND axis = $2 AND error = $3 AND measured_at = $4 AND calibration_seq = $5
+             AND calibration_id = $6 AND machine_revision = $7",
+        document.machine_id,
+        row.axis,
+        row.error,
+        document.measured_at,
+        seq,
+        document.id,
+        document.machine_revision
+    )?;
+    Ok(found.map(|StoredError { value, standard_uncertainty, identifiable }| ErrorRow {
         value,
         standard_uncertainty,
-        identifiable,
+        identifiable: identifiable != 0,
         ..row.clone()
     }))
 }

@@ -1,10 +1,6 @@
 //! The database of a service: connections that only read, and one transaction after the other that writes.
 
-#[cfg(feature = "scale-out")]
-use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
-#[cfg(feature = "scale-out")]
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -16,12 +12,10 @@ use super::error::Doing;
 #[cfg(feature = "scale-out")]
 use super::postgres::Order;
 #[cfg(feature = "scale-out")]
-use super::postgres_opening::{self, Purpose};
+use super::postgres_opening::{self, Purpose, Server};
 use super::sql::{Db, FileRows, Instance, On, PgWriter, Tx};
 use super::sqlite::{self, is_empty, no_files_beside};
-use super::{DATABASE_NAME, Soundness, StoreError, StoredThing, verify_text};
-#[cfg(feature = "scale-out")]
-use crate::config::DatabaseAddress;
+use super::{DATABASE_NAME, Depth, Examination, Soundness, StoreError, StoredThing, verify_text};
 use crate::config::Settings;
 use crate::meter;
 
@@ -84,7 +78,7 @@ impl Store {
     pub async fn open_as_set(settings: &Settings, readers: u32, instance: &str) -> Result<Self, StoreError> {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {
-            let (server, purpose) = (server(settings, address)?, Purpose::Service(settings.files));
+            let (server, purpose) = (Server::as_set(settings, address)?, Purpose::Service(settings.files));
             let opened = server.open(&settings.data_dir, readers, instance.to_owned(), purpose);
             return Ok(Self::of_server(Box::pin(opened).await?));
         }
@@ -102,7 +96,7 @@ impl Store {
     pub async fn open_for_command_as_set(settings: &Settings, name: &str) -> Result<Self, StoreError> {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {
-            let server = server(settings, address)?;
+            let server = Server::as_set(settings, address)?;
             let opened = server.open(&settings.data_dir, 1, name.to_owned(), Purpose::Command);
             return Ok(Self::of_server(Box::pin(opened).await?));
         }
@@ -116,13 +110,35 @@ impl Store {
     pub async fn open_beside_as_set(settings: &Settings) -> Result<Self, StoreError> {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {
-            return Ok(Self::of_server(Box::pin(server(settings, address)?.open_beside()).await?));
+            return Ok(Self::of_server(Box::pin(Server::as_set(settings, address)?.open_beside()).await?));
         }
         #[cfg(not(feature = "scale-out"))]
         if settings.database.is_some() {
             return Err(StoreError::NoServers);
         }
         Self::open_beside(&settings.data_dir.join(DATABASE_NAME)).await
+    }
+
+    /// Examines the database on a server that the settings name, and its files, to this depth. Nothing is changed, and
+    /// services may run. `None` if no service has used the database.
+    ///
+    /// # Errors
+    /// The server cannot be used, or the database failed.
+    #[cfg_attr(not(feature = "scale-out"), expect(unused_variables, reason = "this binary knows no server"))]
+    #[cfg_attr(
+        not(feature = "scale-out"),
+        expect(clippy::unused_async, reason = "this binary knows no server")
+    )]
+    pub async fn examine_server(
+        settings: &Settings,
+        depth: &Depth,
+    ) -> Result<Option<Examination>, StoreError> {
+        #[cfg(feature = "scale-out")]
+        if let Some(address) = &settings.database {
+            let server = Server::as_set(settings, address)?;
+            return Box::pin(server.examine(settings.files, &settings.data_dir, depth)).await;
+        }
+        Err(StoreError::NoServers)
     }
 
     /// Completed when another service has taken over the database: this one can store nothing any more, and has to end.
@@ -257,25 +273,6 @@ impl Store {
             On::Postgres(never) => match *never {},
         }
     }
-}
-
-/// The server that the settings name.
-#[cfg(feature = "scale-out")]
-fn server<'a>(
-    settings: &Settings,
-    address: &'a DatabaseAddress,
-) -> Result<postgres_opening::Server<'a>, StoreError> {
-    let read = |path: &PathBuf| {
-        let unusable = |source| StoreError::Note { path: path.clone(), source };
-        let mode = path.metadata().map_err(unusable)?.permissions().mode() & 0o777;
-        if mode & 0o026 != 0 {
-            return Err(StoreError::Exposed { path: path.clone(), mode });
-        }
-        let text = std::fs::read_to_string(path).map_err(unusable)?;
-        Ok(text.trim_end_matches(['\r', '\n']).to_owned())
-    };
-    let password = settings.database_password_file.as_ref().map(read).transpose()?;
-    Ok(postgres_opening::Server { address, password })
 }
 
 /// The directory of a database file.

@@ -101,7 +101,7 @@ impl Deep {
         self.findings.iter().cloned().chain(chain).collect()
     }
 
-    fn find(&mut self, finding: String) {
+    pub(super) fn find(&mut self, finding: String) {
         if self.findings.len() < MAX_FINDINGS {
             self.findings.push(finding);
         }
@@ -146,7 +146,7 @@ impl DatabaseFile {
             }
         }
         if tables.contains_key("calibration_errors") {
-            match contradictions(connection, pace).await {
+            match contradictions(&mut Tx(On::Sqlite(&mut *connection)), pace).await {
                 Ok(found) => found.into_iter().for_each(|found| deep.find(found)),
                 Err(fault) => deep.find(format!("the errors of calibrations cannot be compared: {fault}")),
             }

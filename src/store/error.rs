@@ -150,6 +150,15 @@ pub enum StoreError {
         /// The setting.
         asked: &'static str,
     },
+    /// A data directory was being moved to the database.
+    #[error(
+        "moving a data directory to {database} did not end: run trunnion migrate --to once more, or drop the schema to \
+         begin with an empty database"
+    )]
+    HalfMoved {
+        /// The address without a password.
+        database: String,
+    },
     /// The files in the data directory belong to another database.
     #[error(
         "the files in {} belong to another database (noted in {}). No file was touched: name the directory of this \
@@ -164,7 +173,7 @@ pub enum StoreError {
     /// The data directory has a database of its own.
     #[error(
         "{} has a database file of its own, and its files belong to that; name another directory with --data-dir for \
-         the service on PostgreSQL", directory.display()
+         the service on PostgreSQL, or move this one there with trunnion migrate --to", directory.display()
     )]
     FileHere {
         /// The data directory.

@@ -6,13 +6,17 @@ use std::path::{Path, PathBuf};
 
 use super::backup::digested;
 use super::stored_file::{is_folder, is_plain_file};
-use super::{AuditHead, DATABASE_NAME, DatabaseFile, Deep, Pace, Sha256Hex, StoreError};
+use super::{AuditHead, DATABASE_NAME, DatabaseFile, Deep, Pace, Sha256Hex, StoreError, own_schema};
 
 /// The findings about a database.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Examination {
-    /// Version of the `SQLite` that read it.
-    pub sqlite_version: String,
+    /// What keeps the rows: its name and version.
+    pub engine: (&'static str, String),
+    /// The newest schema that this version makes of it.
+    pub newest_schema: i64,
+    /// The settings of the server; `None` for a file.
+    pub server: Option<ServerState>,
     /// Schema of the database; `None` if no migration has run.
     pub schema: Option<i64>,
     /// Faults of the database's structure.
@@ -29,6 +33,15 @@ pub struct Examination {
     pub deliveries: Option<(u64, u64)>,
     /// The findings of reading every row; `None` if that was not requested.
     pub deep: Option<Deep>,
+}
+
+/// What is to be said of a server besides its rows, in words.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ServerState {
+    /// What loses data, or keeps the service from its start.
+    pub faults: Vec<String>,
+    /// What is worth knowing.
+    pub notes: Vec<String>,
 }
 
 /// The depth of an examination.
@@ -55,6 +68,8 @@ pub struct Files {
     pub orphans: usize,
     /// Incomplete files: of running requests, or left over.
     pub incomplete: usize,
+    /// Whether they are rows of the database.
+    pub in_rows: bool,
 }
 
 /// Examines a data directory; with `digests` every file is read.
@@ -86,13 +101,15 @@ pub async fn examine_to(data_dir: &Path, depth: &Depth) -> Result<Examination, S
         None
     };
     // Files are listed first: a file that is named afterwards may have come meanwhile, and is not missing.
-    let there = files_below(&data_dir.join("blobs"));
+    let there = there(data_dir);
     let named = file.named_blobs().await?;
     let deliveries = file.deliveries().await?;
     file.close().await;
     let files = compared(data_dir, &named, &there, depth.files);
     Ok(Examination {
-        sqlite_version,
+        engine: ("SQLite", sqlite_version),
+        newest_schema: own_schema(),
+        server: None,
         schema,
         structural_faults,
         broken_references,
@@ -110,10 +127,21 @@ pub(super) const STAGING: &str = ".trunnion-";
 /// How many files are stored in a data directory, whether a database names them or not.
 #[must_use]
 pub fn stored_files(data_dir: &Path) -> usize {
-    files_below(&data_dir.join("blobs")).len()
+    there(data_dir).len()
 }
 
-fn compared(data_dir: &Path, named: &BTreeSet<Sha256Hex>, there: &[PathBuf], digests: bool) -> Files {
+/// What is stored in a data directory.
+pub(super) fn there(data_dir: &Path) -> Vec<PathBuf> {
+    files_below(&data_dir.join("blobs"))
+}
+
+/// Compares what is stored in a data directory with what a database names.
+pub(super) fn compared(
+    data_dir: &Path,
+    named: &BTreeSet<Sha256Hex>,
+    there: &[PathBuf],
+    digests: bool,
+) -> Files {
     let mut files = Files {
         named: named.len(),
         incomplete: files_below(&data_dir.join("spool")).len(),

@@ -49,7 +49,8 @@ impl FileRows {
     /// # Errors
     /// The server does not answer.
     pub(super) async fn connect(options: PgConnectOptions, presence: Presence) -> Result<Self, StoreError> {
-        Ok(Self { connections: pool(options, CONNECTIONS).await?, presence, runtime: Handle::current() })
+        let connections = pool(options, CONNECTIONS, &presence).await?;
+        Ok(Self { connections, presence, runtime: Handle::current() })
     }
 
     /// Waits for an answer on a thread that may wait.

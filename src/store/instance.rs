@@ -68,8 +68,8 @@ impl Instance {
         data_dir: &Path,
     ) -> Result<Self, StoreError> {
         // One for what has to be said, one for what is heard.
-        let connections = pool(options.clone(), 1).await?;
-        let heard = pool(options, 1).await?;
+        let connections = pool(options.clone(), 1, &presence).await?;
+        let heard = pool(options, 1, &presence).await?;
         let place = data_dir.join(NOTE);
         // Without the note its jobs are taken up when their leases end.
         let previous = std::fs::read_to_string(&place).ok().map(|text| text.trim().to_owned());

@@ -30,16 +30,24 @@ mod leases;
 mod lock;
 mod machines;
 mod marks;
+#[cfg(feature = "scale-out")]
+mod moved_tables;
+#[cfg(feature = "scale-out")]
+mod moving;
 mod pace;
 mod page;
 #[cfg(feature = "scale-out")]
 mod postgres;
+#[cfg(feature = "scale-out")]
+mod postgres_examination;
 #[cfg(feature = "scale-out")]
 mod postgres_fault;
 #[cfg(feature = "scale-out")]
 mod postgres_opening;
 #[cfg(feature = "scale-out")]
 mod postgres_rows;
+#[cfg(feature = "scale-out")]
+mod postgres_schema;
 #[cfg(feature = "scale-out")]
 mod presence;
 mod private;
@@ -75,7 +83,7 @@ pub use deep::Deep;
 pub use deliveries::{AfterAttempt, DeliveriesWaiting, DeliveryRow, DueDelivery, Redelivery, Taken};
 pub use draft::{Draft, DraftTooLong};
 pub use error::StoreError;
-pub use examination::{Depth, Examination, Files, examine, examine_to, stored_files};
+pub use examination::{Depth, Examination, Files, ServerState, examine, examine_to, stored_files};
 pub use filesystem::{DiskSpace, NetworkMount, disk_space, make_directory, mount_kind, network_mount};
 pub use jobs::{JobFilter, JobRow, JobState, NewJob};
 pub use key_mark::{KEY_MARK_TRUSTED, KeyMark, mark_key_change};
@@ -84,6 +92,8 @@ pub use leases::{HeldLease, Renewed, Signal};
 pub use lock::{DirectoryLock, LockFault};
 pub use machines::{NewRevision, PutOutcome, Revision};
 pub use marks::{Died, Mark, Marks};
+#[cfg(feature = "scale-out")]
+pub use moving::{MoveFault, Moved, move_to_server};
 pub use pace::Pace;
 pub use page::{Cursor, CursorFault, Page};
 pub use private::{Tightened, make_private};

@@ -46,10 +46,15 @@ pub(super) fn with_limits(options: PgConnectOptions) -> PgConnectOptions {
     options.application_name("trunnion").options(LIMITS)
 }
 
-/// A pool of `count` connections.
-pub(super) async fn pool(options: PgConnectOptions, count: u32) -> Result<PgPool, StoreError> {
+/// A pool of up to `count` connections. No connection is kept open on purpose: after an outage the task of the pool that
+/// does so waits up to a minute until it tries again, and holds the place of a connection meanwhile.
+pub(super) async fn pool(
+    options: PgConnectOptions,
+    count: u32,
+    presence: &Presence,
+) -> Result<PgPool, StoreError> {
+    let presence = presence.clone();
     PgPoolOptions::new()
-        .min_connections(1)
         .max_connections(count)
         .acquire_timeout(CONNECTED_WITHIN)
         .idle_timeout(None)
@@ -57,6 +62,11 @@ pub(super) async fn pool(options: PgConnectOptions, count: u32) -> Result<PgPool
         .test_before_acquire(false)
         // The pool's own test waits for ever if the server has gone away without a word.
         .before_acquire(|connection, _| Box::pin(async move { Ok(answers(connection).await) }))
+        // The pool asks a connection that comes back too, and waits as long: one to a server that is away goes at once.
+        .after_release(move |_, _| {
+            let is_here = presence.is_here();
+            Box::pin(async move { Ok(is_here) })
+        })
         .after_connect(|connection, _| Box::pin(write_through(connection)))
         .connect_with(options)
         .await
@@ -93,7 +103,7 @@ impl PgReaders {
         presence: Presence,
     ) -> Result<Self, StoreError> {
         let options = options.options([("default_transaction_read_only", "on")]);
-        Ok(Self { pool: pool(options, count).await?, presence })
+        Ok(Self { pool: pool(options, count, &presence).await?, presence })
     }
 
     /// A connection for several statements.
@@ -228,7 +238,7 @@ impl PgWriter {
         presence: Presence,
         holder: Holder,
     ) -> Result<Self, StoreError> {
-        Ok(Self { pool: pool(options, 1).await?, presence, holder })
+        Ok(Self { pool: pool(options, 1, &presence).await?, presence, holder })
     }
 
     /// Runs `work` in one transaction, in turn with those of every other process unless it is `Apart`.

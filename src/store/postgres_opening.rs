@@ -2,7 +2,8 @@
 //! command beside them.
 
 use std::future::Future;
-use std::path::Path;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -16,7 +17,7 @@ use super::postgres::{Holder, PgReaders, PgWriter, with_limits};
 use super::presence::{Presence, TRY_LOCK, TRY_SHARED_LOCK};
 use super::sqlite::{is_empty, no_files_beside};
 use super::{DATABASE_NAME, StoreError};
-use crate::config::{DatabaseAddress, FilesIn};
+use crate::config::{DatabaseAddress, FilesIn, Settings};
 
 /// The oldest server that the statements were tried on.
 const OLDEST_SERVER: i32 = 15;
@@ -28,7 +29,7 @@ const LOCK_AGAIN: Duration = Duration::from_millis(250);
 /// How long the migration of another service is waited for.
 const MIGRATED_WITHIN: Duration = Duration::from_mins(10);
 /// The file that names the database of a data directory.
-const DATABASE_ID: &str = "database.id";
+pub(super) const DATABASE_ID: &str = "database.id";
 
 /// A database on a server.
 #[derive(Debug)]
@@ -67,8 +68,28 @@ impl Purpose {
 const SCHEMA: &str = "SELECT MAX(version) FROM _sqlx_migrations WHERE success";
 const HAS_SCHEMA: &str = "SELECT to_regclass('_sqlx_migrations') IS NOT NULL";
 
+impl<'a> Server<'a> {
+    /// The server at this address, with the password that the settings name.
+    ///
+    /// # Errors
+    /// The file with the password cannot be used.
+    pub(super) fn as_set(settings: &Settings, address: &'a DatabaseAddress) -> Result<Self, StoreError> {
+        let read = |path: &PathBuf| {
+            let unusable = |source| StoreError::Note { path: path.clone(), source };
+            let mode = path.metadata().map_err(unusable)?.permissions().mode() & 0o777;
+            if mode & 0o026 != 0 {
+                return Err(StoreError::Exposed { path: path.clone(), mode });
+            }
+            let text = std::fs::read_to_string(path).map_err(unusable)?;
+            Ok(text.trim_end_matches(['\r', '\n']).to_owned())
+        };
+        let password = settings.database_password_file.as_ref().map(read).transpose()?;
+        Ok(Self { address, password })
+    }
+}
+
 impl Server<'_> {
-    fn options(&self) -> Result<PgConnectOptions, StoreError> {
+    pub(super) fn options(&self) -> Result<PgConnectOptions, StoreError> {
         if let Some(why) = self.address.fault() {
             return Err(StoreError::Address { why });
         }
@@ -94,7 +115,7 @@ impl Server<'_> {
     }
 
     /// A session on a server that can be used.
-    async fn session(&self, options: &PgConnectOptions) -> Result<PgConnection, StoreError> {
+    pub(super) async fn session(&self, options: &PgConnectOptions) -> Result<PgConnection, StoreError> {
         let mut session = self.within(PgConnection::connect_with(options)).await?;
         let asked: (String, String) = self
             .within(
@@ -137,6 +158,7 @@ impl Server<'_> {
         self.lock(&mut session, purpose).await?;
         one_after_the_other(&mut session).await?;
         migrate(&mut session).await?;
+        self.is_no_half_copy(&mut session).await?;
         note_directory(&mut session, data_dir).await?;
         if let Purpose::Service(files) = purpose {
             choose_files(&mut session, files).await?;
@@ -165,6 +187,36 @@ impl Server<'_> {
             .doing(doing)?;
         presence.watch(session, options, holder);
         Ok(opened)
+    }
+
+    /// A session on the database in its newest form, and no service has the database as long as the session lasts: to
+    /// fill it. `instance` is a text that was never used before.
+    ///
+    /// # Errors
+    /// The server cannot be used, a service has the database, or a newer version has migrated it.
+    pub(super) async fn open_to_fill(
+        &self,
+        instance: &str,
+    ) -> Result<(PgConnectOptions, PgConnection), StoreError> {
+        let options = self.options()?;
+        let mut session = self.session(&options).await?;
+        self.lock(&mut session, Purpose::Command).await?;
+        one_after_the_other(&mut session).await?;
+        migrate(&mut session).await?;
+        let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+        take(&mut session, instance, host.trim()).await?;
+        Ok((options, session))
+    }
+
+    /// Refuses a database to which a data directory was to be moved, and that has its files but no rows.
+    async fn is_no_half_copy(&self, session: &mut PgConnection) -> Result<(), StoreError> {
+        let text = "SELECT EXISTS (SELECT 1 FROM files) AND NOT EXISTS (SELECT 1 FROM machines)
+                        AND EXISTS (SELECT 1 FROM service WHERE files = '')";
+        let doing = "asking whether the database is complete";
+        if sqlx::query_scalar::<_, bool>(text).fetch_one(session).await.doing(doing)? {
+            return Err(StoreError::HalfMoved { database: self.address.to_string() });
+        }
+        Ok(())
     }
 
     /// Opens the database beside a service that has it.
@@ -257,7 +309,8 @@ pub(super) fn own_form() -> i64 {
     migrations.iter().map(|migration| migration.version).max().unwrap_or_default()
 }
 
-async fn schema(session: &mut PgConnection) -> Result<Option<i64>, StoreError> {
+/// The newest schema that a migration has made; `None` if no migration has run.
+pub(super) async fn schema(session: &mut PgConnection) -> Result<Option<i64>, StoreError> {
     let doing = "asking for the schema of the database";
     if !sqlx::query_scalar::<_, bool>(HAS_SCHEMA).fetch_one(&mut *session).await.doing(doing)? {
         return Ok(None);

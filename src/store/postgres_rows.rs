@@ -5,12 +5,14 @@ use std::time::Duration;
 use sqlx::{AssertSqlSafe, Connection, Error, Executor, PgConnection};
 
 use super::audit_chain::examine_chain;
+use super::calibration_errors::contradictions;
 use super::deep::{CONTRADICTIONS, DIGESTED, MAX_FINDINGS};
 use super::postgres::PgReaders;
 use super::sql::{On, Tx};
+use super::{AuditHead, Deep, Pace};
 
 /// Longest time for reading everything.
-const READ_WITHIN: Duration = Duration::from_hours(6);
+pub(super) const READ_WITHIN: Duration = Duration::from_hours(6);
 
 impl PgReaders {
     /// The damage in the rows, in words.
@@ -22,31 +24,46 @@ impl PgReaders {
             .within(READ_WITHIN, async {
                 let mut connection = self.acquire().await?;
                 // Everything is seen as it is at one moment.
-                let mut transaction = connection.begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ").await?;
-                transaction.execute("SET LOCAL statement_timeout = 0").await?;
-                let found = damage(&mut transaction).await?;
+                let mut transaction = connection.begin_with(AT_ONE_MOMENT).await?;
+                transaction.execute(WITHOUT_LIMITS).await?;
+                let found = deep(&mut transaction, None).await?;
                 transaction.rollback().await?;
-                Ok(found)
+                let mut faults = found.faults();
+                faults.truncate(MAX_FINDINGS);
+                Ok(faults)
             })
             .await
     }
 }
 
-async fn damage(connection: &mut PgConnection) -> Result<Vec<String>, Error> {
-    let mut found = Vec::new();
+/// Begins a transaction that sees everything as it is at one moment.
+pub(super) const AT_ONE_MOMENT: &str = "BEGIN ISOLATION LEVEL REPEATABLE READ";
+/// Lets the statements of the present transaction take as long as they need.
+pub(super) const WITHOUT_LIMITS: &str =
+    "SET LOCAL statement_timeout = 0; SET LOCAL idle_in_transaction_session_timeout = 0";
+
+/// Reads every row, and compares the audit log with a recorded entry if there is one. The rows are not counted.
+///
+/// # Errors
+/// The server failed.
+pub(super) async fn deep(connection: &mut PgConnection, known: Option<&AuditHead>) -> Result<Deep, Error> {
+    let mut deep = Deep::default();
     for digested in &DIGESTED {
         let (table, text, sha256, key) = (digested.table, digested.text, digested.sha256, digested.key);
         let differs = AssertSqlSafe(format!(
             "SELECT '{table} ' || {key} || ': {text} has another SHA-256 than ' || {sha256} FROM {table}
              WHERE encode(sha256(convert_to({text}, 'UTF8')), 'hex') <> {sha256} LIMIT {MAX_FINDINGS}"
         ));
-        found.extend(sqlx::query_scalar::<_, String>(differs).fetch_all(&mut *connection).await?);
+        let found: Vec<String> = sqlx::query_scalar(differs).fetch_all(&mut *connection).await?;
+        found.into_iter().for_each(|found| deep.find(found));
     }
     for contradiction in &CONTRADICTIONS {
-        found.extend(sqlx::query_scalar::<_, String>(contradiction.query).fetch_all(&mut *connection).await?);
+        let found: Vec<String> = sqlx::query_scalar(contradiction.query).fetch_all(&mut *connection).await?;
+        found.into_iter().for_each(|found| deep.find(found));
     }
-    let chain = examine_chain(&mut Tx(On::Postgres(connection)), None).await?;
-    found.extend(chain.faults.iter().map(ToString::to_string));
-    found.truncate(MAX_FINDINGS);
-    Ok(found)
+    let mut tx = Tx(On::Postgres(connection));
+    let found = contradictions(&mut tx, &Pace::unbounded()).await?;
+    found.into_iter().for_each(|found| deep.find(found));
+    deep.audit = Some(examine_chain(&mut tx, known).await?);
+    Ok(deep)
 }

@@ -76,6 +76,11 @@ impl Presence {
         let _in_time = tokio::time::timeout(REACHED_WITHIN, self.tasks.wait()).await;
     }
 
+    /// Whether the server answers, and the database is this service's, as far as is known.
+    pub(super) fn is_here(&self) -> bool {
+        *self.state.borrow() == State::Here
+    }
+
     /// Another service has the database.
     pub(super) fn note_taken_over(&self) {
         self.state.send_replace(State::TakenOver);

@@ -82,6 +82,19 @@ pub(super) async fn open(file: &Path, readers: u32, alone: bool) -> Result<Opene
     Ok(Opened { readers: Readers::new(readers), writer })
 }
 
+/// Merges the write-ahead log of a file into it. No service has the file.
+///
+/// # Errors
+/// The file failed.
+#[cfg(feature = "scale-out")]
+pub(super) async fn merged(file: &Path) -> Result<(), StoreError> {
+    let doing = "merging the log of the database into it";
+    let options = SqliteConnectOptions::new().filename(file).busy_timeout(Duration::from_secs(5));
+    let mut connection = SqliteConnection::connect_with(&options).await.doing(doing)?;
+    sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(&mut connection).await.doing(doing)?;
+    connection.close().await.doing(doing)
+}
+
 /// Runs `work` in one transaction on the connection that writes.
 ///
 /// # Errors

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use trunnion::config::ENVIRONMENT;
+use trunnion::config::{DatabaseAddress, ENVIRONMENT};
 
 use crate::support::spawn;
 
@@ -90,6 +90,74 @@ fn every_setting_that_the_files_name_is_one() {
     assert!(seen > 5, "{seen}");
 }
 
+/// The values that a text gives to a setting.
+fn values<'a>(text: &'a str, setting: &str) -> Vec<&'a str> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices(setting) {
+        let rest = text[at + setting.len()..].trim_start_matches([',', '\n', ' ']);
+        let Some(value) = rest.strip_prefix("value: ").or_else(|| rest.strip_prefix(": ")) else { continue };
+        found.push(value.split(['\n', '}']).next().unwrap().trim());
+    }
+    found
+}
+
+#[test]
+fn several_services_have_one_database_with_their_files_and_what_they_name_is_there() {
+    let manifests =
+        ["trunnion.yaml", "first-key.yaml"].map(|file| read(&format!("deploy/kubernetes-several/{file}")));
+    let compose = read("deploy/compose-several.yaml");
+    let mut addresses = BTreeSet::new();
+    for text in manifests.iter().chain([&compose]) {
+        let [address] = values(text, "TRUNNION_DATABASE")[..] else { panic!("{text}") };
+        assert_eq!(address.parse::<DatabaseAddress>().unwrap().fault(), None, "{address}");
+        assert!(!address.contains(":trunnion@") && address.contains("//trunnion@"), "{address}");
+        addresses.insert(address);
+        assert_eq!(values(text, "TRUNNION_FILES"), ["postgres"]);
+    }
+    assert_eq!(addresses.len(), 2, "the first key is for the database of the services: {addresses:?}");
+    for text in &manifests {
+        let file = values(text, "TRUNNION_DATABASE_PASSWORD_FILE")[0];
+        let folder = file.strip_suffix("/password").unwrap();
+        let pods = text.matches("      containers:\n").count();
+        for needed in [
+            format!("{{name: database, mountPath: {folder}, readOnly: true}}"),
+            "secret: {secretName: trunnion-database, defaultMode: 0440}".to_owned(),
+            "enableServiceLinks: false".to_owned(),
+            "runAsUser: 10001".to_owned(),
+        ] {
+            assert_eq!(text.matches(&needed).count(), pods, "{needed}");
+        }
+    }
+    let services = &manifests[0];
+    for needed in [
+        "replicas: 3",
+        "{maxUnavailable: 0, maxSurge: 1}",
+        "kind: PodDisruptionBudget",
+        "httpGet: {path: /readyz, port: http}",
+        "httpGet: {path: /healthz, port: http}",
+        "args: [doctor, --deep]",
+    ] {
+        assert!(services.contains(needed), "{needed}");
+    }
+    assert_eq!(values(&compose, "TRUNNION_DATABASE_PASSWORD_FILE"), ["/run/secrets/database_password"]);
+    // The balancer asks every service, and no other.
+    let balancer = read("deploy/haproxy/haproxy.cfg");
+    let lines = |text: &str, beginning: &str| -> BTreeSet<String> {
+        let lines = text.lines().filter_map(|line| line.strip_prefix(beginning));
+        lines.map(|line| line.split([' ', ':']).next().unwrap().to_owned()).collect()
+    };
+    let asked = lines(&balancer, "    server trunnion-");
+    assert_eq!(
+        asked,
+        lines(
+            &compose[compose.find("services:").unwrap()..compose.find("\nvolumes:").unwrap()],
+            "  trunnion-"
+        )
+    );
+    assert_eq!(asked.len(), 3);
+    assert!(balancer.contains("uri /readyz"));
+}
+
 #[test]
 fn the_files_name_this_version() {
     let image = concat!("trunnion:", env!("CARGO_PKG_VERSION"));
@@ -107,7 +175,7 @@ fn the_files_name_this_version() {
             }
         }
     }
-    assert_eq!(seen, 3);
+    assert_eq!(seen, 7);
     let page = read("docs/operations.md");
     let named = page.split("trunnion:").skip(1).chain(page.split("trunnion-").skip(1));
     let versions: Vec<_> = named

@@ -40,6 +40,7 @@ mod log_lines;
 mod lost_database;
 mod machines;
 mod memory;
+mod moving;
 mod mutations;
 mod observation;
 mod one_pass;

@@ -2,13 +2,15 @@
 //! (`docs/scale-out.md`). Without `TRUNNION_TEST_DATABASE` only the last of these tests do something.
 
 use std::path::Path;
+use std::process::Output;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use reqwest::StatusCode;
+use serde_json::Value;
 use tempfile::TempDir;
 use trunnion::cli::start;
-use trunnion::config::Settings;
+use trunnion::config::{FilesIn, Settings};
 use trunnion::jobs::{CutterContactCompensator, Sources};
 
 use crate::command_line::{said, trunnion};
@@ -141,6 +143,119 @@ async fn the_rows_are_read_for_damage() {
     }
 }
 
+/// Whether the doctor finds nothing. A server of tests need not survive its computer.
+pub(crate) fn is_sound_but_for_fsync(output: &Output) -> bool {
+    let text = said(output);
+    let mut faults = text.lines().filter(|line| line.starts_with("FAULT"));
+    match output.status.code() {
+        Some(0) => faults.next().is_none(),
+        Some(1) => faults.all(|line| line.contains("fsync = off") && !line.contains(';')),
+        _ => false,
+    }
+}
+
+#[tokio::test]
+async fn the_doctor_reads_rows_and_files_of_a_server_and_names_what_is_wrong() {
+    if server().is_none() {
+        return;
+    }
+    for place in [FilesIn::Directory, FilesIn::Postgres] {
+        let folder = TempDir::new().unwrap();
+        let data = folder.path();
+        let asked = |arguments: &[&str]| {
+            trunnion(data, &[&["doctor", "--files", place.as_str()], arguments].concat())
+        };
+        crate::database::put_on_the_server(data);
+        let empty = asked(&[]);
+        assert!(empty.status.success() && said(&empty).contains("is empty"), "{}", said(&empty));
+        let app = spawn_in(data, |settings| settings.files = place).await;
+        with_a_job(&app).await;
+        let run: Value = serde_json::from_str(include_str!("../../docs/examples/ballbar.json")).unwrap();
+        let run = app.post_json("/v1/machines/example-ac-table/calibrations", &run).await;
+        assert_eq!(run.status(), StatusCode::CREATED);
+        let sound = asked(&["--deep"]);
+        assert!(is_sound_but_for_fsync(&sound), "{}", said(&sound));
+        for part in [
+            "PostgreSQL",
+            "2 named in the database, all present",
+            "schema unchanged",
+            "a chain of",
+            "in use by",
+        ] {
+            assert!(said(&sound).contains(part), "{part}: {}", said(&sound));
+        }
+        let fsync = ask("SHOW fsync") == "off";
+        assert_eq!(said(&sound).contains("fsync = off: the server loses"), fsync, "{}", said(&sound));
+        let elsewhere = if place == FilesIn::Postgres { "directory" } else { "postgres" };
+        let wrong = trunnion(data, &["doctor", "--files", elsewhere]);
+        assert!(said(&wrong).contains(&format!("set files = {}", place.as_str())), "{}", said(&wrong));
+        app.stop().await;
+
+        let schema = schema_of(data);
+        let at = |text: &str| ask(&text.replace('@', &format!("{schema}.")));
+        let sha256 = at("SELECT output_sha256 FROM @jobs");
+        let blob = data.join("blobs").join(&sha256[..2]).join(&sha256);
+        if place == FilesIn::Postgres {
+            at(&format!("UPDATE @file_parts SET bytes = 'G1 X9' WHERE object_key LIKE '{sha256}%'"));
+        } else {
+            std::fs::write(&blob, "G1 X9").unwrap();
+        }
+        let found = asked(&[]);
+        assert_eq!(found.status.code(), Some(1));
+        assert!(
+            said(&found).contains("has other bytes") && said(&found).contains(&sha256),
+            "{}",
+            said(&found)
+        );
+        assert!(is_sound_but_for_fsync(&asked(&["--quick"])));
+        if place == FilesIn::Postgres {
+            at(&format!("DELETE FROM @files WHERE sha256 = '{sha256}'"));
+        } else {
+            std::fs::remove_file(&blob).unwrap();
+        }
+        let found = asked(&["--quick"]);
+        assert!(said(&found).contains(&format!("{sha256} is missing")), "{}", said(&found));
+        let head = at("SELECT seq || ':' || sha256 FROM @audit ORDER BY seq DESC LIMIT 1");
+        for (what, statement, told) in [
+            ("a report", "UPDATE @jobs SET report = '{}'", "report has another SHA-256"),
+            (
+                "the log",
+                "UPDATE @audit SET resource = '/x' WHERE seq = 2",
+                "entry 2 of the audit log was changed",
+            ),
+            ("a trend", "UPDATE @calibration_errors SET value = value + 1", "contradict its document"),
+            ("a machine", "UPDATE @machines SET last_revision = 7", "is at revision 7"),
+            ("a reference", "DELETE FROM @machines", "rows refer to missing rows"),
+            (
+                "an index",
+                "DROP INDEX @jobs_of_machine",
+                "the index jobs_of_machine is missing from the schema",
+            ),
+            ("a rule", "ALTER TABLE @jobs DROP CONSTRAINT jobs_check", "the constraint jobs_check"),
+            (
+                "a function",
+                "CREATE OR REPLACE FUNCTION @forget_caller() RETURNS trigger LANGUAGE plpgsql AS 'BEGIN RETURN NULL; END'",
+                "the function forget_caller() differs",
+            ),
+        ] {
+            at(&format!(
+                "BEGIN; SET LOCAL session_replication_role = replica; {statement}; COMMIT; SELECT count(*) FROM @jobs"
+            ));
+            let found = asked(&["--deep"]);
+            assert_eq!(found.status.code(), Some(1), "{what}");
+            assert!(said(&found).contains(told), "{what}: {told}: {}", said(&found));
+        }
+        at("ALTER TABLE @audit DISABLE TRIGGER audit_never_goes; DELETE FROM @audit WHERE seq = 1; SELECT 1");
+        let found = asked(&["--audit-head", &head.replace(|digit: char| digit == 'a', "b")]);
+        assert!(
+            said(&found).contains("the trigger audit_never_goes of audit is switched off"),
+            "{}",
+            said(&found)
+        );
+        assert!(said(&found).contains("was recorded elsewhere") || !head.contains('a'), "{}", said(&found));
+    }
+}
+
 #[tokio::test]
 async fn a_text_that_the_server_cannot_store_is_refused() {
     let app = spawn().await;
@@ -191,6 +306,33 @@ fn commands_for_a_file_name_the_tools_of_the_server() {
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.contains(tool) && text.contains("docs/scale-out.md"), "{text}");
     }
+}
+
+#[tokio::test]
+async fn a_backup_of_a_server_reads_everything_and_prints_the_commands() {
+    if server().is_none() {
+        return;
+    }
+    let app = spawn().await;
+    with_a_job(&app).await;
+    let files = if app.store().is_shared() { "postgres" } else { "directory" };
+    let asked = || trunnion(&app.data, &["backup", "/srv/there", "--files", files]);
+    let sound = asked();
+    let text = said(&sound);
+    assert_eq!(sound.status.code(), Some(2), "{text}");
+    for part in
+        ["all present, with the bytes", "a chain of", "copied nothing", "--file /srv/there/trunnion.dump"]
+    {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert_eq!(text.contains("cp --recursive"), files == "directory", "{text}");
+    let schema = schema_of(&app.data);
+    ask(&format!("ALTER TABLE {schema}.jobs DISABLE TRIGGER ALL; UPDATE {schema}.jobs SET report = '{{}}'"));
+    let text = said(&asked());
+    assert!(
+        text.contains("report has another SHA-256") && text.contains("a copy would have the same faults"),
+        "{text}"
+    );
 }
 
 #[test]

@@ -1,10 +1,11 @@
 """Three services on one database, with files in it. First each promise alone: one key at two services is one job, a
 revoked key is refused everywhere, jobs are followed and cancelled from another service, what a service leaves is taken
-up (after SIGTERM, kill -9 and SIGSTOP). Then load, while one service after another is killed without warning: what was
-accepted is done, once, with the bytes that a service with a file makes.
+up (after SIGTERM, kill -9 and SIGSTOP). Then load, while one service after another is killed without warning, and then
+while the database is away: what was accepted is done, once, with the bytes that a service with a file makes.
 
 Usage: tests/postgres/with-server python3 tests/faults/cluster.py PATH_OF_TRUNNION; TRUNNION_CLUSTER_S (300) seconds of
-load, TRUNNION_CLUSTER_PAIRS (1000) keys, TRUNNION_KILL_SEED (1). The binary needs the feature scale-out. Set
+load, TRUNNION_CLUSTER_PAIRS (1000) keys, TRUNNION_OUTAGES (2) outages, TRUNNION_OUTAGE_S (50) seconds of each,
+TRUNNION_KILL_SEED (1). The binary needs the feature scale-out. Set
 TRUNNION_TEST_FSYNC=on.
 """
 
@@ -14,6 +15,7 @@ import hashlib
 import os
 import pathlib
 import random
+import shlex
 import signal
 import subprocess
 import sys
@@ -26,11 +28,18 @@ LOAD_S = float(os.environ.get("TRUNNION_CLUSTER_S", "300"))
 PAIRS = int(os.environ.get("TRUNNION_CLUSTER_PAIRS", "1000"))
 SEED = int(os.environ.get("TRUNNION_KILL_SEED", "1"))
 DATABASE = os.environ["TRUNNION_TEST_DATABASE"]
+OUTAGES = int(os.environ.get("TRUNNION_OUTAGES", "2"))
+OUTAGE_S = float(os.environ.get("TRUNNION_OUTAGE_S", "50"))
+SERVER = pathlib.Path(os.environ["TRUNNION_TEST_POSTGRES"]) / "data"
+BIN = sorted(pathlib.Path("/usr/lib/postgresql").glob("*/bin"))[-1]
 PORTS = [8931, 8932, 8933]
 ALONE_PORT = 8934
 SCOPES = ["read", "compute", "machines", "calibrations", "admin"]
 # What is promised.
 REVOKED_S, CANCELLED_S, LAST_EVENT_S, RELEASED_S, TAKEN_UP_S = 1.0, 6.0, 1.5, 2.0, 35.0
+# What is promised of an outage: all are ready so soon after it; a key that is known counts so long; jobs stop so long after
+# the last renewal of their leases, which is up to 5 s before the outage. A look at the clock may come a second late.
+READY_S, TRUSTED_S, STOPS_S, RENEWED_EVERY_S, LATE_S = 5.0, 30.0, 20.0, 5.0, 2.0
 # How long a service stands still: longer than a lease.
 STOPPED_S = 60
 KILL_EVERY_S = 1.0
@@ -68,7 +77,7 @@ class Cluster:
     def __init__(self, binary, folder):
         more = {"TRUNNION_DATABASE": DATABASE, "TRUNNION_FILES": "postgres"}
         self.services = [Service(binary, folder / f"service-{port}", port, environment=more) for port in PORTS]
-        self.took = {}
+        self.took, self.long = {}, []
 
     def start(self):
         # Together: one of them makes the tables, the machine and the secret.
@@ -206,6 +215,54 @@ def a_service_that_stood_still_ends_nothing(cluster, text):
     assert holder.compensate(SHORT[0]).status == 200
 
 
+def pg_ctl(*words):
+    # It refuses to run as root. The server inherits its outputs, so that nobody may wait for their end.
+    call = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
+    call += [str(BIN / "pg_ctl"), "-w", "-D", str(SERVER), "-l", str(SERVER / "server.log"), *words]
+    assert subprocess.run(call, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd="/").returncode == 0, words
+
+
+def the_database_is_away(cluster, load, chance, text):
+    """The server loses its power for a while. Known keys count for some time, jobs stop, and afterwards all goes on."""
+    options = shlex.split((SERVER / "postmaster.opts").read_text())[1:]
+    id, holder, _ = cluster.long_job(text)
+    cluster.long.append(id)
+    clients = load.begin(chance)
+    sheet = {"stepover_mm": 1, "tool_radius_mm": 5, "surface": "flat"}
+    known = lambda service: service.ask("POST", "/v1/scallop-height", sheet)  # noqa: E731
+    assert all(known(service).status == 200 for service in cluster.services)
+    said = holder.logged().count("jobs stop, because their leases")
+    pg_ctl("stop", "-m", "immediate")
+    began, stopped_s = time.monotonic(), None
+    passed = lambda: time.monotonic() - began  # noqa: E731
+    while passed() < OUTAGE_S:
+        before = passed()
+        answers = [known(service) for service in cluster.services]
+        if passed() < TRUSTED_S - 1 - LATE_S:
+            assert all(answer.status == 200 for answer in answers), (before, answers)
+        if before > TRUSTED_S + LATE_S:
+            assert all(answer.status == 503 for answer in answers), (before, answers)
+        if stopped_s is None and holder.logged().count("jobs stop, because their leases") > said:
+            stopped_s = passed()
+        time.sleep(0.2)
+    answers = [service.ask("GET", "/readyz") for service in cluster.services]
+    assert all(answer.status == 503 for answer in answers), answers
+    if OUTAGE_S > STOPS_S + LATE_S:
+        assert stopped_s and STOPS_S - RENEWED_EVERY_S - LATE_S < stopped_s < STOPS_S + LATE_S, stopped_s
+        cluster.took["jobs stopped"] = stopped_s
+    pg_ctl("start", "-o", shlex.join(options))
+    began = time.monotonic()
+    for service in cluster.services:
+        within(READY_S - passed(), f"service {service.port} after the outage", lambda: ready(service))
+    cluster.took["ready after an outage"] = max(cluster.took.get("ready after an outage", 0), passed())
+    for service in cluster.services:
+        # Over the connection that writes, and those for files.
+        posted = lambda: service.post_job(cc_job(), SHORT[0]).status == 202  # noqa: E731
+        within(2 * READY_S, f"a job posted to {service.port} after the outage", posted)
+    load.end(clients)
+    assert not load.wrong, load.wrong[:3]
+
+
 class Load:
     """Clients that post to any service until they are answered, and what was acknowledged."""
 
@@ -213,6 +270,19 @@ class Load:
         self.cluster, self.lock = cluster, threading.Lock()
         self.number, self.kept, self.sent, self.wrong = 0, {}, {}, []
         self.stop = threading.Event()
+
+    def begin(self, chance):
+        self.stop.clear()
+        clients = [threading.Thread(target=self.client, args=(random.Random(chance.random()),)) for _ in range(CLIENTS)]
+        for client in clients:
+            client.start()
+        return clients
+
+    def end(self, clients):
+        self.stop.set()
+        for client in clients:
+            client.join(120)
+            assert not client.is_alive(), "a client is never answered"
 
     def client(self, chance):
         while not self.stop.is_set():
@@ -248,9 +318,7 @@ class Load:
 
 def killed_under_load(cluster, chance):
     load = Load(cluster)
-    clients = [threading.Thread(target=load.client, args=(random.Random(chance.random()),)) for _ in range(CLIENTS)]
-    for client in clients:
-        client.start()
+    clients = load.begin(chance)
     kills, end = 0, time.monotonic() + LOAD_S
     while time.monotonic() < end:
         time.sleep(KILL_EVERY_S)
@@ -260,9 +328,7 @@ def killed_under_load(cluster, chance):
             kills += 1
             victim.launch()
         assert not load.wrong, load.wrong[:3]
-    load.stop.set()
-    for client in clients:
-        client.join(120)
+    load.end(clients)
     for service in cluster.services:
         assert service.process.poll() is None, service.logged()[-2000:]
         within(60, "a service after its last death", lambda: ready(service))
@@ -287,6 +353,10 @@ def everything_is_done_once(cluster, load, expected):
     for line in pairs.splitlines():
         state, came, made = line.split("|")
         assert state == "succeeded" and made == expected[came], line
+    for id in cluster.long:
+        ended = cluster.services[0].job(id).document
+        assert ended["state"] == "succeeded", ended
+        assert psql(f"SELECT deaths + lone_deaths FROM jobs WHERE id = '{id}'") == "0", "an outage counts as a death"
     assert count("job_leases") == 0
     again = count("jobs WHERE attempts > 1")
     # Every job has its entry, and no number is missing.
@@ -352,13 +422,16 @@ def main():
         a_dead_service_is_taken_over(cluster, text)
         a_service_that_stood_still_ends_nothing(cluster, text)
         load, kills = killed_under_load(cluster, chance)
+        for _ in range(OUTAGES):
+            within(EMPTY_S, "an empty queue", lambda: count("jobs WHERE state IN ('queued', 'running')") == 0)
+            the_database_is_away(cluster, load, chance, text)
         jobs, again = everything_is_done_once(cluster, load, expected)
         every_row_has_its_file_and_every_file_a_row(cluster)
         for service in cluster.services:
             service.stop()
             service.nothing_half_done()
     took = ", ".join(f"{what} {took_s:.2f} s" for what, took_s in cluster.took.items())
-    print(f"{kills} services killed under load: {jobs} jobs done once, {again} of them begun again; {took}")
+    print(f"{kills} services killed and {OUTAGES} outages under load: {jobs} jobs done once, {again} of them begun again; {took}")
 
 
 main()
