@@ -30,6 +30,7 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
             "motion/sections",
             "motion/spindle",
             "motion/statements",
+            "motion/tool_lengths",
             "motion/travel",
             "motion/unit",
         ],

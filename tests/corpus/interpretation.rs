@@ -24,7 +24,7 @@ const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
 /// Those of the reference for Sinumerik programs with three.
 const THREE_DECIMALS: f64 = 0.5e-3 + 1e-9;
 /// Motions of the reference interpreter of RS274/NGC, and how many of them are followed at least.
-const RS274: [usize; 2] = [1511, 1050];
+const RS274: [usize; 2] = [1511, 1004];
 /// The same of Sinumerik programs.
 const SINUMERIK: [usize; 2] = [476, 279];
 
