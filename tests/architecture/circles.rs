@@ -54,6 +54,7 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
     ),
     (
         &[
+            "program/dialect/apt/circle",
             "program/dialect/apt/cycle",
             "program/dialect/apt/line",
             "program/dialect/apt/point",

@@ -27,6 +27,7 @@ mod other_controls;
 mod path;
 mod planes;
 mod post;
+mod post_arcs;
 mod post_whole;
 mod program;
 mod programs;

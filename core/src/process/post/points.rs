@@ -1,13 +1,13 @@
 //! From the motions of cutter location data to points of a posted program.
 
-use super::arc::Circle;
+use super::arc::{ArcSeen, WrittenCircle};
 use super::parameters::{PostForm, PostParameters};
 use super::statement::{Coolant, Posted, posted};
 use crate::geometry::Vec3;
 use crate::kinematics::ToolPose;
 use crate::motion::{FeedMode, Motion, MotionKind, Unfollowable};
 use crate::process::fault::NotPosted;
-use crate::program::{Address, Batch, Block, Keyword, Word};
+use crate::program::{Address, Batch, Block, Keyword, Word, WordForm};
 
 /// An item of the posted program, in order.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +50,8 @@ pub(super) struct ClPoint {
     pub(super) from_mm: Option<Vec3>,
     /// Feed \[mm/min, or mm per turn\]; rapids have none.
     pub(super) feed: Option<(FeedMode, f64)>,
+    /// The circle of the source on which the tip goes there.
+    pub(super) on: Option<ArcSeen>,
 }
 
 /// Longest statement kept as a comment \[bytes\].
@@ -62,8 +64,7 @@ const SAME_AXIS: f64 = 1e-6;
 #[expect(clippy::struct_excessive_bools, reason = "independent facts about the data so far")]
 pub(super) struct ClPoints {
     /// The circle that ends at the next point, and its line.
-    circle: Option<(u64, Option<Circle>)>,
-    mm_per_unit: Option<f64>,
+    circle: Option<(u64, Option<WrittenCircle>)>,
     last: Option<ToolPose>,
     /// The statement of the tool in the spindle.
     tool: Option<ToolName>,
@@ -128,10 +129,12 @@ impl ClPoints {
         };
         let text = batch.block_text(block);
         match keyword {
-            Keyword::BeginMm => self.mm_per_unit = Some(1.0),
-            Keyword::BeginInch => self.mm_per_unit = Some(crate::units::MM_PER_INCH),
+            // The circle counts in the unit of its end.
+            Keyword::BeginMm | Keyword::BeginInch if self.circle.is_some() => {
+                return Err(NotPosted::Arc { why: "the unit changes between its circle and its end" });
+            }
             Keyword::Circle => {
-                let circle = Circle::read(text, self.mm_per_unit.unwrap_or(1.0));
+                let circle = WrittenCircle::of(batch.words(block));
                 if self.circle.replace((block.line, circle)).is_some() {
                     return Err(NotPosted::Arc { why: "the circle before it has no end" });
                 }
@@ -235,6 +238,7 @@ impl ClPoints {
     pub(super) fn motion(
         &mut self,
         parameters: &PostParameters,
+        batch: &Batch,
         motion: &Motion,
         out: &mut Vec<Item>,
     ) -> Result<(), NotPosted> {
@@ -265,20 +269,17 @@ impl ClPoints {
         // The position in FROM/ is newer than the previous point.
         let mut from_mm =
             motion.vector_start.map(|(tip, _)| Vec3::from(tip)).or(before.map(|before| before.tip_mm));
-        let mut point = |tip_mm: Vec3| {
+        let mut point = |tip_mm: Vec3, on: Option<ArcSeen>| {
             let from_mm = from_mm.replace(tip_mm);
-            Item::ClPoint(ClPoint {
-                line: motion.line,
-                rapid,
-                pose: ToolPose { tip_mm, axis },
-                from_mm,
-                feed,
-            })
+            let pose = ToolPose { tip_mm, axis };
+            Item::ClPoint(ClPoint { line: motion.line, rapid, pose, from_mm, feed, on })
         };
         if motion.kind == MotionKind::Arc {
             self.arcs += 1;
             let (_, circle) = circle.unzip();
-            let circle = circle.flatten().ok_or(NotPosted::Arc { why: "its circle cannot be read" })?;
+            let written = circle.flatten().ok_or(NotPosted::Arc {
+                why: "its CIRCLE has other items than CIRCLE/x,y,z,i,j,k,r,t,f,d,e: remove what the arc does not need",
+            })?;
             let start = before.ok_or(NotPosted::Arc { why: "its start is not known" })?;
             if (start.axis - axis).norm() > SAME_AXIS {
                 return Err(NotPosted::Arc { why: "the tool axis turns along it" });
@@ -290,14 +291,16 @@ impl ClPoints {
             };
             let unit_mm = motion.mm_per_unit * 10.0_f64.powi(-decimals);
             let ends = [start.tip_mm, pose.tip_mm];
+            let circle = written.circle(motion.mm_per_unit)?;
             let chords = circle.chords(ends, unit_mm, parameters.arc_tolerance.mm())?;
-            out.extend(chords.into_iter().map(point));
+            let on = Some(written.seen(ends, scale_of(batch, motion).unwrap_or(motion.mm_per_unit)));
+            out.extend(chords.into_iter().map(|tip_mm| point(tip_mm, on)));
         } else if circle.is_some() {
             return Err(NotPosted::Arc {
                 why: "a statement between circle and end makes the end belong to another motion",
             });
         } else {
-            out.push(point(pose.tip_mm));
+            out.push(point(pose.tip_mm, None));
         }
         self.last = Some(pose);
         Ok(())
@@ -310,6 +313,18 @@ fn feed(form: PostForm, motion: &Motion) -> Result<(FeedMode, f64), NotPosted> {
         (Some(mode), Some(value)) if value > 0.0 => Ok((mode, value)),
         _ => Err(NotPosted::NoFeed),
     }
+}
+
+/// Millimetres for one unit of the numbers that the block of a motion states, from where the motion ends.
+fn scale_of(batch: &Batch, motion: &Motion) -> Option<f64> {
+    let block = batch.blocks().get(motion.block as usize)?;
+    let places = [Address::X, Address::Y, Address::Z].into_iter().zip(motion.linear_end_mm?);
+    let stated = places.filter_map(|(address, place_mm)| {
+        let word = batch.words(block).iter().find(|word| word.address == address)?;
+        (word.form == WordForm::Number).then_some((word.value, place_mm))
+    });
+    let (number, place_mm) = stated.max_by(|one, other| one.0.abs().total_cmp(&other.0.abs()))?;
+    (number.abs() > 0.0).then(|| place_mm / number)
 }
 
 /// The number of this word of the block, if it has one.

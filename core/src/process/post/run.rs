@@ -169,7 +169,7 @@ impl Posting<'_> {
                 if let Some(kind) = &self.unstated {
                     self.faults.add(motion.line, batch.block_text(block), kind.clone());
                 }
-                if let Err(why) = self.points.motion(self.parameters, motion, &mut self.window) {
+                if let Err(why) = self.points.motion(self.parameters, batch, motion, &mut self.window) {
                     self.faults.add(motion.line, batch.block_text(block), LineFaultKind::NotPosted(why));
                 }
             }

@@ -1,5 +1,6 @@
 //! The kind of a statement of cutter location text, from its major word.
 
+use super::circle::circle;
 use super::code::{is_harmless_code, is_harmless_number};
 use super::cycle::cycle;
 use super::line::{Upper, has_minor, is_one_of, minors, rest, said, starts, told_apart, word_end};
@@ -74,7 +75,7 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
         b"FROM" => point(scan, Keyword::From, start),
         b"GODLTA" => delta(scan, start),
         b"GOHOME" => said(scan, Keyword::GoHome, start),
-        b"CIRCLE" => said(scan, Keyword::Circle, start),
+        b"CIRCLE" => circle(scan, start),
         b"CYCLE" => cycle(scan, start),
         b"CUTCOM" => {
             let off = has_minor(scan, end, b"OFF");

@@ -1,0 +1,58 @@
+//! Laws of posted arcs: the circle of the source in its unit and its sense, and nothing where the text leaves the course
+//! open.
+
+#![expect(clippy::panic, reason = "a test stops at the first surprise, helpers included")]
+
+use std::ops::ControlFlow;
+
+use trunnion::process::{
+    Fault, LineFaultKind, NotPosted, PostForm, PostParameters, PostReport, ProgramSetup, post,
+};
+use trunnion::units::{LengthUnit, MM_PER_INCH};
+
+use crate::models::finishing::ac_machine;
+use crate::models::set_ups::at_zero;
+use crate::models::witness::scan;
+
+fn run(program: ProgramSetup, form: PostForm, text: &str) -> Result<(String, PostReport), Fault> {
+    let parameters = PostParameters { form, ..PostParameters::new(program) };
+    let mut output = Vec::new();
+    let source = text.as_bytes().to_vec();
+    let report = post(&ac_machine(), &parameters, &source, &mut output, &|| ControlFlow::Continue(()))?;
+    Ok((String::from_utf8(output).expect("text"), report))
+}
+
+/// Line and reason of every refusal.
+fn refusals(text: &str) -> Vec<(u64, NotPosted)> {
+    let Err(Fault::Lines(faults)) = run(at_zero(), PostForm::Tcp, text) else { panic!("{text} is posted") };
+    let why = |kind: &LineFaultKind| match kind {
+        LineFaultKind::NotPosted(why) => *why,
+        other => panic!("{other:?}"),
+    };
+    faults.kept.iter().map(|fault| (fault.line, why(&fault.kind))).collect()
+}
+
+/// A set-up whose data count in inches, as the caller says.
+fn in_inches() -> ProgramSetup {
+    ProgramSetup { unit: Some(LengthUnit::Inch), ..at_zero() }
+}
+
+#[test]
+fn a_circle_counts_in_the_unit_of_its_points_whoever_states_it() {
+    let body = "FEDRAT/10,PERMIN\nGOTO/1,1,0\nCIRCLE/1,0,0,0,0,1\nGOTO/1,-1,0\n";
+    for form in [PostForm::Tcp, PostForm::Machine] {
+        let (stated, _) = run(in_inches(), form, body).expect("posted");
+        let (in_text, _) = run(at_zero(), form, &format!("UNITS/INCHES\n{body}")).expect("posted");
+        assert_eq!(stated, in_text);
+        let tips: Vec<_> = scan(&stated, ['A', 'C']).into_iter().skip(2).map(|line| line.q).collect();
+        assert!(tips.len() > 20, "{stated}");
+        for tip in tips {
+            let radius_mm = (tip.x - MM_PER_INCH).hypot(tip.y);
+            assert!((radius_mm - MM_PER_INCH).abs() < 1e-3 && tip.x < MM_PER_INCH + 1e-3, "{tip}");
+        }
+    }
+    // A circle that begins in one unit and ends in another is none.
+    let mixed = "FEDRAT/10,MMPM\nGOTO/2,0,0\nCIRCLE/1,0,0,0,0,1\nUNITS/INCHES\nFEDRAT/1,IPM\nGOTO/0,0,0\n";
+    let refused = refusals(mixed);
+    assert!(matches!(refused[..], [(4, NotPosted::Arc { .. }), ..]), "{refused:?}");
+}
