@@ -25,6 +25,7 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
             "motion/modal",
             "motion/motion_shell",
             "motion/motions",
+            "motion/point_arc",
             "motion/position",
             "motion/sections",
             "motion/spindle",

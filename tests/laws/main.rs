@@ -28,6 +28,7 @@ mod path;
 mod planes;
 mod post;
 mod post_arcs;
+mod post_tools;
 mod post_whole;
 mod program;
 mod programs;

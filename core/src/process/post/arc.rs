@@ -1,17 +1,12 @@
 //! Arcs of cutter location data as chords.
 
 use crate::geometry::{AxisCircle, Vec3, angle_about, trig};
+use crate::motion::{ROUNDED_ENDS, off_circle_mm};
 use crate::process::fault::NotPosted;
 use crate::program::{Address, Word};
 
-/// Largest distance of the ends from their circle \[mm\], or share of its radius, as six digits of the radius
-/// leave. Few decimals in the text add to it.
-const OFF_CIRCLE_MM: f64 = 0.01;
-const OFF_CIRCLE_SHARE: f64 = 1e-5;
 /// Ends this near are the same point, so the arc is a full circle \[mm\].
 const SAME_POINT_MM: f64 = 1e-6;
-/// Two copies of one point, rounded by half a unit on every axis, differ by less than this \[units\].
-const ROUNDED_ENDS: f64 = 2.0;
 /// Most chords of an arc.
 const MAX_CHORDS: f64 = 100_000.0;
 
@@ -119,7 +114,7 @@ impl Circle {
         let ((from, low), (to, high)) = (self.about.arm_mm(start), self.about.arm_mm(end));
         let (centre_mm, axis) = (self.about.centre_mm(), self.about.axis());
         let (radius_mm, other_mm) = (from.norm(), to.norm());
-        let off_mm = OFF_CIRCLE_MM.max(OFF_CIRCLE_SHARE * radius_mm).max(ROUNDED_ENDS * unit_mm);
+        let off_mm = off_circle_mm(radius_mm, unit_mm);
         if (radius_mm - other_mm).abs() > off_mm || radius_mm < SAME_POINT_MM {
             return Err(NotPosted::Arc { why: "its ends are not on one circle about its centre" });
         }

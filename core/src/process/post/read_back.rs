@@ -208,6 +208,7 @@ mod tests {
             (tables(), PostParameters::new(ProgramSetup::in_mm(&crate::kinematics::Setup::default())));
         let kinematics = Kinematics::new(&machine, &Setup::default());
         let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
+        again.await_words("H1");
         again.await_words("S1200 M3");
         for (line, x_mm) in [(1, 0.0), (2, 10.0)] {
             let pose = ToolPose { tip_mm: Vec3::new(x_mm, 0.0, 5.0), axis: Vec3::z() };
@@ -232,6 +233,9 @@ mod tests {
             let coordinates = ["X", "Y", "Z", "A", "C"].map(|letter| stated.contains(letter));
             let part = Some(Part { words, coordinates, is_first: index == 0, is_last: index == 2 });
             again.await_next(ExpectedPoint { point, feed: None, residual_rad: 0.0, part });
+            if index == 0 {
+                again.await_words("H1");
+            }
         }
         again.take(text.as_bytes())?;
         again.finish()
@@ -248,6 +252,7 @@ mod tests {
             ("G0 A30 C40", "G1 A30 C40 F100"),
             ("G0 A30 C40\nG43.4 H1", "G43.4 H1\nG0 A30 C40"),
             ("G43.4 H1\n", ""),
+            ("G43.4 H1\n", "G43.4 H2\n"),
             ("X10 Y20\nZ5", "Z5\nX10 Y20"),
             ("X10 Y20\nZ5", "X10 Y20 Z5"),
             ("X10 Y20\nZ5", "X10 Y20\nZ6"),

@@ -12,6 +12,8 @@ mod point;
 mod statement;
 mod write;
 
+pub use cycle::CycleUnread;
+
 use super::detect::starts;
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm, WritingOut};
 use crate::program::writer::Writing;
