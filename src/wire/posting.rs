@@ -63,8 +63,8 @@ pub struct PostingParameters {
     /// Rotary words before the first point, one query parameter for each: `start.A`, `start.C`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<RotaryWords>,
-    /// H word of G43.4 (`machine`: of G43, only with this or `tool_change`). If it is absent, it is the length
-    /// register or the number of the tool, else 1 with a warning.
+    /// H of G43.4 (`machine`: of G43, only with this or `tool_change`). If absent, the length register or the
+    /// number of the tool, else 1 with a warning.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 9999, example = 12)]
     pub length_offset_number: Option<u32>,
@@ -314,19 +314,19 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
         ),
         (
             "length_left_out",
-            "the program switches no tool length on (G43): give length_offset_number, or switch the length on before the program",
+            "no G43 in the program: give length_offset_number, or switch the length on before",
             u64::from(core.length_is_left_out),
             None,
         ),
         (
             "tool_change_after_cut",
-            "the tool changes directly after a cut, without a retract: end each tool's data with a retract",
+            "the tool changes after a cut: end each tool's data with a retract",
             core.changes_after_cut,
             core.first_change_after_cut_line,
         ),
         (
             "end_after_cut",
-            "the program ends after a cut, without a retract: end the data with a retract",
+            "the program ends after a cut: end the data with a retract",
             u64::from(core.cut_at_end_line.is_some()),
             core.cut_at_end_line,
         ),

@@ -49,13 +49,12 @@ struct PostingForm {
     ),
     request_body(
         content(
-            (String = "text/plain", example = "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nRAPID\nGOTO/31.,8.,49.,0.258819,0.,0.965926\nFINI\n"),
+            (String = "text/plain", example = "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nFINI\n"),
             (PostingForm = "multipart/form-data", example = json!({
                 "parameters": {
-                    "interpolation": "machine", "work_offset_mm": [0.0, 0.0, 0.0], "length_offset_number": 12,
-                    "linear_decimals": 3, "rotary_decimals": 3
+                    "interpolation": "machine", "work_offset_mm": [0.0, 0.0, 0.0], "linear_decimals": 3, "rotary_decimals": 3
                 },
-                "program": "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nRAPID\nGOTO/31.,8.,49.,0.258819,0.,0.965926\nFINI\n",
+                "program": "PARTNO/FLANK\nUNITS/MM\nMULTAX/ON\nFEDRAT/1000.,MMPM\nRAPID\nGOTO/0.,0.,5.,0.173648,0.,0.984808\nGOTO/10.,4.,6.,0.207912,0.,0.978148\nGOTO/20.,8.,8.,0.258819,0.0,0.965926\nFINI\n",
             })),
         ),
         description = "Cutter location data as text/*, application/octet-stream or without a type, or a multipart form",

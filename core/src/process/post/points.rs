@@ -9,6 +9,7 @@ use crate::kinematics::{MAX_COORDINATE_MM, ToolPose};
 use crate::motion::{FeedMode, Motion, MotionKind, Unfollowable, last_decimal_mm};
 use crate::process::fault::NotPosted;
 use crate::program::{Address, Batch, Block, CycleUnread, Excerpt, Keyword, Word, WordForm};
+use crate::units::Feedrate;
 
 /// An item of the posted program, in order.
 #[derive(Debug, Clone, PartialEq)]
@@ -102,7 +103,7 @@ impl ClPoints {
     /// At the start of the data. `states_one`: the request states something that holds for one tool only.
     /// `depends_on_length`: the words depend on the tool's length.
     pub(super) fn new(states_one: bool, depends_on_length: bool) -> Self {
-        Self { states_one, depends_on_length, ..Self::default() }
+        Self { depends_on_length, states_one, ..Self::default() }
     }
 
     /// Posts a block without a motion.
@@ -216,7 +217,7 @@ impl ClPoints {
             return Err(NotPosted::LoadLength);
         }
         if is_same {
-            return self.load_again(parameters, load);
+            return self.load_again(parameters, &load);
         }
         self.cutter_changed = false;
         let number = load.number();
@@ -237,7 +238,7 @@ impl ClPoints {
     }
 
     /// The tool in the spindle again: no change, but its length may not become another one.
-    fn load_again(&mut self, parameters: &PostParameters, load: Load) -> Result<Option<Item>, NotPosted> {
+    fn load_again(&mut self, parameters: &PostParameters, load: &Load) -> Result<Option<Item>, NotPosted> {
         let Some(tool) =
             self.tool.as_mut().filter(|tool| load.register.is_some_and(|other| tool.register != Some(other)))
         else {
@@ -349,7 +350,7 @@ impl ClPoints {
 }
 
 fn feed(parameters: &PostParameters, motion: &Motion) -> Result<(FeedMode, f64), NotPosted> {
-    let max = parameters.max_feed.map_or(f64::INFINITY, |max| max.mm_per_min());
+    let max = parameters.max_feed.map_or(f64::INFINITY, Feedrate::mm_per_min);
     match (motion.feed.mode, motion.feed.value) {
         (Some(FeedMode::PerRevolution), Some(_)) if parameters.form == PostForm::Machine => {
             Err(NotPosted::FeedPerTurn)

@@ -112,13 +112,12 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
             said(scan, if plain { Keyword::WorldPoints } else { Keyword::PointsMoved }, start)
         }
         b"ROTABL" | b"ROTHED" => rotation(scan, start),
-        b"LOADTL" | b"TOOLNO" | b"TURRET" => tool(scan, start),
         // A pallet, a head, a fixture: what the points count from may be elsewhere.
         b"LOAD" if !names_tool(scan, end) => said(scan, Keyword::UnknownStatement, start),
         b"UNLOAD" if !names_tool(scan, end) && !is_of_number(scan, end) => {
             said(scan, Keyword::UnknownStatement, start)
         }
-        b"LOAD" | b"UNLOAD" => tool(scan, start),
+        b"LOADTL" | b"TOOLNO" | b"TURRET" | b"LOAD" | b"UNLOAD" => tool(scan, start),
         b"END" | b"FINI" => said(scan, Keyword::EndPgm, start),
         _ => said(scan, Keyword::PostWord, start),
     }
