@@ -41,6 +41,7 @@ impl ProgramParameters for PostingParameters {
         let mut core = self.to_core(&on.machine)?;
         let program = on.program(&self.statements(), self.location_errors == LocationErrors::Apply)?;
         core.program = self.with_points(program);
+        core.max_feed = on.statements.max_feed(None);
         core.max_blocks_out = core.max_blocks_out.min(Cost::budget_within(means.max_cost_s).max_blocks_out);
         Ok(Prepared::new(Cost::of_posting(sizes.program_length), move |place| {
             let Workplace { program, stop, .. } = place;

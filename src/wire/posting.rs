@@ -63,8 +63,8 @@ pub struct PostingParameters {
     /// Rotary words before the first point, one query parameter for each: `start.A`, `start.C`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<RotaryWords>,
-    /// H word of G43.4. If it is absent, it is the number of the tool (`tool_number`, or the tool that the
-    /// data load). If neither is known, it is 1, with a warning: H0 would cancel the length.
+    /// H of G43.4 (`machine`: of G43, only with this or `tool_change`). If absent, the length register or the
+    /// number of the tool, else 1 with a warning.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 9999, example = 12)]
     pub length_offset_number: Option<u32>,
@@ -311,6 +311,24 @@ fn warnings(core: &PostReport, rotary_decimals: u8) -> Vec<Warning> {
             "G43.4 has H1, because the number of the tool length is not stated: give length_offset_number or tool_number",
             u64::from(core.length_number_is_assumed),
             None,
+        ),
+        (
+            "length_left_out",
+            "no G43 in the program: give length_offset_number, or switch the length on before",
+            u64::from(core.length_is_left_out),
+            None,
+        ),
+        (
+            "tool_change_after_cut",
+            "the tool changes after a cut: end each tool's data with a retract",
+            core.changes_after_cut,
+            core.first_change_after_cut_line,
+        ),
+        (
+            "end_after_cut",
+            "the program ends after a cut: end the data with a retract",
+            u64::from(core.cut_at_end_line.is_some()),
+            core.cut_at_end_line,
         ),
         (
             "text_after_end",

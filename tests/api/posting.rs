@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::support::{App, pointers, problem, spawn, spawn_with};
+use crate::support::{App, ac_table, kinds, pointers, problem, spawn, spawn_with};
 
 const PATH: &str = "/v1/machines/example-ac-table/posting";
 
@@ -220,4 +220,46 @@ async fn what_the_machine_should_have_done_and_is_a_comment_is_counted_with_its_
     let warnings = report["warnings"].as_array().unwrap();
     let told = warnings.iter().find(|warning| warning["kind"] == "post_words_not_done").unwrap();
     assert_eq!((&told["count"], &told["line"]), (&json!(2), &json!(2)), "{report}");
+}
+
+#[tokio::test]
+async fn the_unit_and_the_largest_feed_of_the_profile_hold_for_circles_and_cuts() {
+    let app = spawn().await;
+    let mut profile = ac_table();
+    profile["program_unit"] = json!("inch");
+    profile["max_feed_mm_per_min"] = json!(15_000);
+    assert_eq!(app.put_machine("inches", &profile).await.status(), 201);
+    let text = "FEDRAT/10,PERMIN\nGOTO/2,0,0\nCIRCLE/1,0,0,0,0,1\nGOTO/0,0,0\n";
+    let by_profile =
+        app.operate("inches", "posting", "work_offset_mm=0,0,0", text, "*/*").await.text().await.unwrap();
+    let by_request = posted(&app, "unit=inch", text).await.text().await.unwrap();
+    let by_text = posted(&app, "", &format!("UNITS/INCHES\n{text}")).await.text().await.unwrap();
+    assert!(by_text.matches("\nX").count() > 20 && by_text.contains("X0.0000 Y0.0000"), "{by_text}");
+    assert_eq!((&by_request, &by_profile), (&by_text, &by_text));
+    let fast = text.replace("FEDRAT/10", "FEDRAT/99999999");
+    let found = problem(
+        app.operate("inches", "posting", "work_offset_mm=0,0,0", &fast, "*/*").await,
+        "program-fault",
+    )
+    .await;
+    assert!(found["detail"].as_str().unwrap().contains("max_feed_mm_per_min"), "{found}");
+    assert_eq!(found["line"], 2, "{found}");
+}
+
+#[tokio::test]
+async fn a_program_without_length_and_without_retract_is_told_of() {
+    let app = spawn().await;
+    let query = "interpolation=machine&work_offset_mm=0,0,0";
+    let told = |query: String| {
+        let request = app.client.post(app.url(&format!("{PATH}?{query}")));
+        let request = request.header("accept", "application/json").body(FLANK);
+        async move {
+            let report: Value = request.send().await.unwrap().json().await.unwrap();
+            kinds(&report)
+        }
+    };
+    let without = told(query.to_owned()).await;
+    assert!(["length_left_out", "end_after_cut"].iter().all(|kind| without.contains(&(*kind).to_owned())));
+    let with = told(format!("{query}&length_offset_number=4")).await;
+    assert!(!with.contains(&"length_left_out".to_owned()), "{with:?}");
 }

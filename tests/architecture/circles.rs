@@ -26,6 +26,7 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
             "motion/modal",
             "motion/motion_shell",
             "motion/motions",
+            "motion/point_arc",
             "motion/position",
             "motion/sections",
             "motion/spindle",
@@ -56,6 +57,7 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
     ),
     (
         &[
+            "program/dialect/apt/circle",
             "program/dialect/apt/cycle",
             "program/dialect/apt/line",
             "program/dialect/apt/point",

@@ -29,6 +29,8 @@ mod other_controls;
 mod path;
 mod planes;
 mod post;
+mod post_arcs;
+mod post_tools;
 mod post_whole;
 mod program;
 mod programs;

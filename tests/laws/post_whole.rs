@@ -63,6 +63,9 @@ fn each_tool_is_put_in_with_its_length_and_comes_near_as_the_first_one_did() {
     wanted.extend(["G1 X8.0000 Y0.0000 Z2.0000 A0.0000 C0.0000 F70.0", "G49"].map(str::to_owned));
     assert_eq!(blocks(&output), wanted, "{output}");
     assert_eq!((report.tool_changes, report.points), (2, 5));
+    // G49 moves the tool on some controls, so the operator is told before it.
+    let told = "(G49 CAN MOVE THE TOOL BY ITS LENGTH. IT MUST BE CLEAR OF THE PART)\nG49\n";
+    assert_eq!(output.matches(told).count(), output.matches("\nG49\n").count());
     // In the other form, inverse time ends before the change.
     let machine = PostParameters { form: PostForm::Machine, ..with_changes() };
     let (output, _) = run(&ac_machine(), &machine, TWO_TOOLS).expect("posted");
@@ -79,23 +82,37 @@ fn what_holds_for_one_tool_is_not_taken_for_several() {
         let one = TWO_TOOLS.split_inclusive('\n').take(8).collect::<String>();
         run(&ac_machine(), &parameters, &one).expect("one tool");
     }
-    let unnamed = "LOADTL/3\nFEDRAT/100,MMPM\nGOTO/0,0,1\nLOADTL/BALL\nGOTO/1,0,1\n";
-    assert_eq!(refusals(&with_changes(), unnamed), [(4, NotPosted::ToolWithoutNumber)]);
+    let unnamed = "LOADTL/3\nSPINDL/900,CLW\nFEDRAT/100,MMPM\nGOTO/0,0,1\nLOADTL/BALL\nGOTO/1,0,1\n";
+    assert_eq!(refusals(&with_changes(), unnamed), [(5, NotPosted::ToolWithoutNumber)]);
     // The same tool again is no change, and another cutter without another tool is a mistake.
-    let again = "LOADTL/3\nFEDRAT/100,MMPM\nGOTO/0,0,1\nLOADTL/3\nGOTO/1,0,1\n";
+    let again = "LOADTL/3\nSPINDL/900,CLW\nFEDRAT/100,MMPM\nGOTO/0,0,1\nLOADTL/3\nGOTO/1,0,1\n";
     let (_, report) = run(&ac_machine(), &with_changes(), again).expect("posted");
     assert_eq!(report.tool_changes, 1);
-    let cutter = "LOADTL/3\nCUTTER/4\nFEDRAT/100,MMPM\nGOTO/0,0,1\nCUTTER/6\nGOTO/1,0,1\n";
-    assert_eq!(refusals(&with_changes(), cutter), [(6, NotPosted::CutterChange)]);
+    let cutter = "LOADTL/3\nSPINDL/900,CLW\nCUTTER/4\nFEDRAT/100,MMPM\nGOTO/0,0,1\nCUTTER/6\nGOTO/1,0,1\n";
+    assert_eq!(refusals(&with_changes(), cutter), [(7, NotPosted::CutterChange)]);
 }
 
 #[test]
 fn a_spindle_that_nobody_started_again_cuts_nothing() {
     let text = TWO_TOOLS.replace("SPINDL/500,CLW\n", "");
     assert_eq!(refusals(&with_changes(), &text), [(14, NotPosted::SpindleStands)]);
-    // Where the data say nothing of the spindle at all, the caller's frame starts it.
+    // The first tool is put in by M6 too, and a start before M6 is none.
     let text = text.replace("SPINDL/900,CLW\n", "");
-    run(&ac_machine(), &with_changes(), &text).expect("posted");
+    let stands = [(5, NotPosted::SpindleStands), (13, NotPosted::SpindleStands)];
+    assert_eq!(refusals(&with_changes(), &text), stands);
+    assert_eq!(refusals(&with_changes(), &format!("SPINDL/900,CLW\n{text}")).len(), 2);
+    // A form of SPINDL that is not understood starts nothing.
+    let odd = TWO_TOOLS.replace("SPINDL/500,CLW", "SPINDL/SFM,90,CLW");
+    assert_eq!(refusals(&with_changes(), &odd), [(15, NotPosted::SpindleStands)]);
+    // Without tool changes the caller's frame starts it. After SPINDL/OFF nobody does.
+    let one = "FEDRAT/100,MMPM\nGOTO/0,0,1\nSPINDL/OFF\nRAPID\nGOTO/0,0,9\nGOTO/0,0,2\n";
+    for form in [PostForm::Tcp, PostForm::Machine] {
+        let parameters = PostParameters { form, ..PostParameters::new(at_zero()) };
+        assert_eq!(refusals(&parameters, one), [(6, NotPosted::SpindleStopped)]);
+        let started = one.replace("RAPID\n", "SPINDL/CCLW,700\nRAPID\n");
+        run(&ac_machine(), &parameters, &started).expect("posted");
+        run(&ac_machine(), &parameters, &one.replace("SPINDL/OFF\n", "")).expect("posted");
+    }
 }
 
 /// Tips where the tool goes from block to block, after the approach.
@@ -153,29 +170,31 @@ fn a_drilling_cycle_is_the_motions_along_the_tool_axis() {
 #[test]
 fn a_cycle_that_does_not_say_all_is_refused_by_its_points() {
     let whole = "DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10";
-    for cycle in [
-        "DRILL,FEDTO,5,MMPM,200,RAPTO,3",
-        "DRILL,MMPM,200,RAPTO,3,RTRCTO,10",
-        "DRILL,FEDTO,5,RAPTO,3,RTRCTO,10",
-        "DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,2",
-        "DRILL,FEDTO,5,MMPM,200,RAPTO,-3,RTRCTO,10",
-        "DRILL,FEDTO,5,FEDTO,6,MMPM,200,RAPTO,3,RTRCTO,10",
-        "DRILL,FEDTO,5,MMPM,0,RAPTO,3,RTRCTO,10",
-        "DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10,DWELL,2",
-        "DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10,ORIENT,2",
-        "DEEP,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10",
-        "DRILL,STEP,2,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10",
-        "DEEP,STEP,0.01,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10",
-        "TAP,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10",
-        "BORE,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10",
-        "INIT",
+    for (cycle, names) in [
+        ("DRILL,FEDTO,5,MMPM,200,RAPTO,3", "RTRCTO"),
+        ("DRILL,MMPM,200,RAPTO,3,RTRCTO,10", "FEDTO"),
+        ("DRILL,FEDTO,5,RAPTO,3,RTRCTO,10", "feed"),
+        ("DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,2", "RTRCTO is below RAPTO"),
+        ("DRILL,FEDTO,5,MMPM,200,RAPTO,-3,RTRCTO,10", "RAPTO is below the point"),
+        ("DRILL,FEDTO,0,MMPM,200,RAPTO,3,RTRCTO,10", "FEDTO is 0"),
+        ("DRILL,FEDTO,5,FEDTO,6,MMPM,200,RAPTO,3,RTRCTO,10", "FEDTO"),
+        ("DRILL,FEDTO,5,MMPM,0,RAPTO,3,RTRCTO,10", "feed"),
+        ("DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10,DWELL,2", "the item DWELL"),
+        ("DRILL,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10,ORIENT,2", "the item ORIENT"),
+        ("DEEP,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10", "STEP"),
+        ("DRILL,STEP,2,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10", "DEEP"),
+        ("DEEP,STEP,0.01,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10", "100 pecks"),
+        ("TAP,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10", "the cycle TAP"),
+        ("BORE,FEDTO,5,MMPM,200,RAPTO,3,RTRCTO,10", "the cycle BORE"),
+        ("INIT", "the cycle INIT"),
     ] {
         let text = format!("RAPID\nGOTO/0,0,20\nCYCLE/{cycle}\nGOTO/0,0,0\nCYCLE/OFF\n");
-        let [(line, NotPosted::Unfollowable(_))] = refusals(&PostParameters::new(at_zero()), &text)[..]
+        let [(4, why @ (NotPosted::Cycle(_) | NotPosted::CycleValue { .. } | NotPosted::CycleHere))] =
+            refusals(&PostParameters::new(at_zero()), &text)[..]
         else {
             panic!("{cycle}")
         };
-        assert_eq!(line, 4, "{cycle}");
+        assert!(why.to_string().contains(names), "{cycle}: {why}");
     }
     // From below the plane, with another tool axis, and from an unknown place.
     for (before, point) in

@@ -1,6 +1,7 @@
 //! Vectors, rotations and screws: arithmetic without any knowledge of machines.
 
 mod angles;
+mod circle;
 mod great_circle;
 mod plane_frame;
 mod plane_path;
@@ -10,6 +11,7 @@ pub(crate) mod trig_lanes;
 mod turn;
 
 pub use angles::{angle_about, angle_between, shortest_turn_rad, wrap_rad};
+pub use circle::AxisCircle;
 pub use great_circle::GreatCircle;
 pub use plane_frame::PlaneFrame;
 pub use plane_path::{Corner, PlaneCircle, PlanePiece};

@@ -6,6 +6,7 @@ use super::dialect::{MotionRules, ToolWords};
 use super::machine_axes::MachineAxes;
 use super::machine_place::SpindleHeight;
 use super::modal::{Modal, MotionMode, ToolLength};
+use super::point_arc::PointArc;
 use super::position::Position;
 use super::sections::Sections;
 use super::spindle::ToolsNamed;
@@ -68,6 +69,8 @@ pub struct Interpreter {
     pub(super) options: InterpreterOptions,
     pub(super) modal: Modal,
     pub(super) position: Position,
+    /// The circle of the next point of a cutter location program, or the one on which the tool is.
+    pub(super) point_arc: PointArc,
     pub(super) program_decimals: Decimals,
     /// Why no motion can be followed in the present modal state.
     obstacle: Option<Unfollowable>,
@@ -126,6 +129,7 @@ impl Interpreter {
             options,
             modal: Modal::START,
             position: Position::UNKNOWN,
+            point_arc: PointArc::None,
             program_decimals: Decimals::default(),
             obstacle: None,
             axes: MachineAxes::of(machine),

@@ -94,8 +94,10 @@ pub(super) enum Statement {
     Point,
     /// A point at which the tool is.
     From,
-    /// How the next point is reached.
-    Next(MotionMode),
+    /// The next point is reached at rapid traverse.
+    NextRapid,
+    /// The next point is reached on the circle in the words of the block.
+    Circle,
     InCycle(bool),
     /// Points count in one system, whatever system a set-up states.
     WorldPoints,

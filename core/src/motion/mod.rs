@@ -42,6 +42,7 @@ mod offsets;
 #[path = "offsets/tests.rs"]
 mod offsets_tests;
 mod plane;
+mod point_arc;
 mod point_cycle;
 mod position;
 mod radius;
@@ -75,6 +76,7 @@ pub use interpreter::{Interpreter, InterpreterOptions};
 pub use machine_axes::rotary_addresses;
 pub use meaning::BlockMotion;
 pub use motions::{ArcCourse, Interpolation, Motion, MotionKind, RadiusCompensation};
+pub use point_arc::{ROUNDED_ENDS, last_decimal_mm, off_circle_mm};
 pub(crate) use spindle::Spindle;
 pub use spindle::{CalledTool, StatedCutter, ToolKey, ToolName};
 pub use start_modes::{StartCodesFault, StartModes};

@@ -46,6 +46,7 @@ impl Interpreter {
             && counts_from_zero
             && motion.extra.is_none()
             && !self.corner_open
+            && !self.has_point_arc()
             && !self.modal.shortest_path
             && !self.modal.rotary_feed_in_mm
     }

@@ -208,7 +208,12 @@ impl Interpreter {
                 self.this_block.states_position = true;
                 self.point_mode();
             }
-            Statement::Next(mode) => self.modal.next_motion = Some(mode),
+            Statement::NextRapid => self.modal.next_motion = Some(MotionMode::Rapid),
+            Statement::Circle => {
+                self.modal.next_motion = Some(MotionMode::Arc);
+                self.state_circle();
+                return Some(Action::Consume);
+            }
             Statement::InCycle(on) => self.begin_point_cycle(on),
             Statement::WorldPoints => self.enter_world(),
             Statement::Multax(on) => self.modal.multax = on,

@@ -115,10 +115,17 @@ impl Interpreter {
             motion.contact = self.contact();
         }
         motion.extra = extra;
+        let on_circle = if self.has_point_arc() {
+            let from_mm = vector_start.map(|(tip_mm, _)| tip_mm);
+            self.pass_point_arc(kind, from_mm, motion.linear_end_mm)
+        } else {
+            None
+        };
         // The machine's words for a vector can be found later, but nothing else can.
         let vector = Some(Unfollowable::ToolVector);
         let obstacle = if is_turned { None } else { self.as_in_plane(self.obstacle()) };
-        motion.unfollowable = reason.or(obstacle.filter(|_| obstacle != vector)).or(word_reason);
+        motion.unfollowable =
+            reason.or(obstacle.filter(|_| obstacle != vector)).or(word_reason).or(on_circle);
         if motion.unfollowable.is_none() {
             let rotary_deg = |words: Option<AxisWords>| words.map(|words| words.rotary_deg);
             if self.takes_other_way(rotary_deg(motion.start), rotary_deg(motion.end)) {

@@ -147,7 +147,7 @@ pub enum Unfollowable {
     /// A code that is not known, or a call, on a control where no code states again everything that it may have
     /// changed.
     #[error(
-        "a call or a code before this motion is not known, and it may have changed what no later code states again; remove the line if the machine does not need it, or post the program without it"
+        "a call or a code before this motion (also one in INSERT, PREFUN or LOAD) is not known, and it may have changed what no later code states again; remove the line if the machine does not need it, or post the program without it"
     )]
     StateLost,
     /// A modal macro (G66) runs at every motion.
@@ -162,6 +162,14 @@ pub enum Unfollowable {
     /// Polar coordinates, tangent arcs, roundings, approaches, free contours, motions along surfaces.
     #[error("the control computes where this motion ends")]
     ContourElement,
+    /// A point on the circle of the arc before it, without a `CIRCLE/` of its own.
+    #[error(
+        "the point is on the circle of the CIRCLE before it, and the text does not say whether the tool goes there along the circle or straight"
+    )]
+    OnCircle,
+    /// A `CIRCLE/` with items that are not understood.
+    #[error("the CIRCLE before the point states turns (TIMES) or other items that are not followed")]
+    CircleUnread,
     /// The text is a section that is also called from elsewhere.
     #[error("the block is in a section that is called from elsewhere in the program")]
     CalledText,
@@ -228,6 +236,12 @@ impl Unfollowable {
             Self::IncrementalContact => "Post U V W with absolute values",
             Self::RelativeExtruder => "Post E with absolute values",
             Self::ContourElement => "Post the motion with its end point, as lines or arcs",
+            Self::OnCircle => {
+                "State a CIRCLE before each point that ends an arc, or write arcs as points without CIRCLE (Creo: CIRC_INTERPOLATION POINTS_ONLY)"
+            }
+            Self::CircleUnread => {
+                "State CIRCLE/x,y,z,i,j,k,r with one end at most one turn away, or write the course as points"
+            }
             Self::CalledText => "Replace every call by the blocks that it runs",
             Self::ShortestPath => "Switch the shorter way off (M127) before this motion",
             Self::RotaryFeed => "Switch this feed off (M117) before this motion",

@@ -74,7 +74,8 @@ listed! {
         /// `TURN=`: full circles that an arc makes in addition to the path to its end. The P word after it is their
         /// number.
         Turns,
-        /// `CIRCLE/` of cutter location data.
+        /// `CIRCLE/` of cutter location data. If it is read, its words are I J K the centre, P Q S the axis, R the radius
+        /// if it is stated, and H the number of turns (`TIMES`).
         Circle,
         /// A standard cycle, executed once.
         Cycle,

@@ -32,7 +32,7 @@ pub use code::Code;
 pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
 pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
-pub use dialect::{Dialect, DialectRules, ForeignDialect, Grammar, WritingOut};
+pub use dialect::{CycleUnread, Dialect, DialectRules, ForeignDialect, Grammar, WritingOut};
 pub use eight_digits::eight_digits;
 pub use fault::{ReadFault, WriteFault};
 pub use flow::{ProgramRun, SubprogramFile};

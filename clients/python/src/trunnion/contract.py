@@ -2055,8 +2055,8 @@ class PostingParameters(TypedDict):
     """
     length_offset_number: NotRequired[int]
     """
-    H word of G43.4. If it is absent, it is the number of the tool (`tool_number`, or the tool that the
-    data load). If neither is known, it is 1, with a warning: H0 would cancel the length.
+    H of G43.4 (`machine`: of G43, only with this or `tool_change`). If absent, the length register or the
+    number of the tool, else 1 with a warning.
     """
     linear_decimals: NotRequired[int]
     """Digits after the decimal point of X Y Z."""

@@ -2,7 +2,7 @@
 
 use super::{MotionRules, PlainStatement};
 use crate::motion::meaning::{Meaning, Statement};
-use crate::motion::modal::{MotionMode, ToolLength, Transformation};
+use crate::motion::modal::{ToolLength, Transformation};
 use crate::motion::{FeedForm, FeedMode, FeedPath, FeedPaths, FeedRules};
 use crate::program::{Code, Keyword};
 use crate::units::MM_PER_INCH;
@@ -15,6 +15,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     motion_is_modal: false,
     plain_statement: Some((Keyword::Goto, PlainStatement::Point)),
     call_keeps_modes: true,
+    unknown_is_final: true,
     is_of_points: true,
     ..MotionRules::PLAIN
 };
@@ -47,8 +48,8 @@ fn keyword_meaning(keyword: Keyword) -> Meaning {
         K::PointsMoved => return Meaning::Transform(Transformation::Rotation, true),
         K::Goto => Statement::Point,
         K::From => Statement::From,
-        K::Rapid => Statement::Next(MotionMode::Rapid),
-        K::Circle => Statement::Next(MotionMode::Arc),
+        K::Rapid => Statement::NextRapid,
+        K::Circle => Statement::Circle,
         K::Fedrat => Statement::Feedrate,
         K::FeedElsewhere => Statement::OtherFeed,
         K::CycleOn => Statement::InCycle(true),

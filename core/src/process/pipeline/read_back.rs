@@ -22,6 +22,9 @@ pub(in crate::process) trait Expected {
     fn missing(&self) -> &'static str;
 }
 
+/// G codes that are words for the machine: a dwell, and a plain tool length.
+const KEPT_G: [f64; 2] = [4.0, 43.0];
+
 /// A word that makes the machine do something, as read back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::process) struct MachineWord {
@@ -54,7 +57,7 @@ pub(in crate::process) struct ReadBack<E> {
     /// Finished queues, whose memory is used again.
     spare: Vec<VecDeque<E>>,
     pub(in crate::process) inventory: Inventory,
-    /// M, S, G4 and its P, in order, if the caller takes them.
+    /// M, S, T, G4 and its P, G43 and H, in order, if the caller takes them.
     words: Option<VecDeque<MachineWord>>,
     /// Motions before the current batch.
     motions_before: u64,
@@ -98,8 +101,12 @@ impl<E: Expected> ReadBack<E> {
         let Some(words) = &mut self.words else { return };
         for (index, block) in self.batch.blocks().iter().enumerate() {
             for word in self.batch.words(block) {
-                let is_dwell = word.address == Address::G && (word.value - 4.0).abs() <= 0.0;
-                if is_dwell || matches!(word.address, Address::M | Address::S | Address::P | Address::T) {
+                let is_kept = match word.address {
+                    Address::M | Address::S | Address::P | Address::T | Address::H => true,
+                    Address::G => KEPT_G.contains(&word.value),
+                    _ => false,
+                };
+                if is_kept {
                     let before = self.motions.partition_point(|motion| (motion.block as usize) < index);
                     let motions = self.motions_before + before as u64;
                     words.push_back(MachineWord { motions, address: word.address, value: word.value });

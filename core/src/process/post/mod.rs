@@ -8,6 +8,7 @@ mod read_back;
 mod report;
 mod run;
 mod statement;
+mod tool;
 mod write;
 
 pub use parameters::{PostForm, PostParameters};

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use crate::kinematics::REWIND_DEG;
 use crate::process::set_up::ProgramSetup;
-use crate::units::Length;
+use crate::units::{Feedrate, Length};
 
 /// The meaning of X Y Z in the posted program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -25,11 +25,13 @@ pub struct PostParameters {
     pub program: ProgramSetup,
     /// The meaning of X Y Z.
     pub form: PostForm,
-    /// H of G43.4. If it is missing, the number of the tool.
+    /// H of G43.4, and of G43 in the machine form. If it is missing, the length register or the number of the tool.
     pub length_number: Option<u32>,
     /// Each `LOADTL/` of another tool becomes `T… M6`, and a new approach follows. Without this, the program has one
     /// tool, and the caller puts it in.
     pub changes_tools: bool,
+    /// The largest F in millimetres per minute that the machine takes.
+    pub max_feed: Option<Feedrate>,
     /// Rotary words before the first point, in the profile's order \[deg\].
     pub start_words_deg: Option<[f64; 2]>,
     /// A rotary step above this is a rewind \[deg\].
@@ -48,6 +50,11 @@ impl PostParameters {
     /// Valid numbers of a length: H0 is no length, and controls have four digits.
     pub const LENGTH_NUMBERS: RangeInclusive<u32> = 1..=9999;
 
+    /// Whether the program switches a length on whose number the data may state.
+    pub(super) fn takes_length_of_data(&self) -> bool {
+        self.length_number.is_none() && (self.form == PostForm::Tcp || self.changes_tools)
+    }
+
     /// The defaults of the contract: tool tips under G43.4, four decimals.
     #[must_use]
     pub fn new(program: ProgramSetup) -> Self {
@@ -56,6 +63,7 @@ impl PostParameters {
             form: PostForm::Tcp,
             length_number: None,
             changes_tools: false,
+            max_feed: None,
             start_words_deg: None,
             rewind_deg: REWIND_DEG,
             linear_decimals: 4,

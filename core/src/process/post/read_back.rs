@@ -3,10 +3,11 @@
 use std::collections::VecDeque;
 
 use super::approach::Coordinates;
+use super::arc::ArcSeen;
 use super::parameters::{PostForm, PostParameters};
 use super::points::ClPoint;
 use crate::contact::Station;
-use crate::geometry::angle_between;
+use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::Kinematics;
 use crate::machine::Machine;
 use crate::motion::{AxisWords, Interpolation, Motion, MotionKind};
@@ -63,6 +64,9 @@ pub(super) struct PostedAgain<'a> {
     /// Points that were written.
     points: u64,
     mode: Interpolation,
+    /// Where the tip was, as read.
+    at_mm: Option<Vec3>,
+    arc_tolerance_mm: f64,
     tip_mm: f64,
     axis_rad: f64,
     pub(super) largest_tip_mm: f64,
@@ -86,6 +90,8 @@ impl<'a> PostedAgain<'a> {
                 PostForm::Tcp => Interpolation::Tcp,
                 PostForm::Machine => Interpolation::Machine,
             },
+            at_mm: None,
+            arc_tolerance_mm: parameters.arc_tolerance.mm(),
             // Three linear words and two rotary words, each wrong by half its last digit.
             tip_mm: 3_f64.sqrt() * half(parameters.linear_decimals) + ARITHMETIC,
             axis_rad: 2.0 * half(parameters.rotary_decimals).to_radians() + ARITHMETIC,
@@ -159,6 +165,13 @@ impl<'a> PostedAgain<'a> {
         if !(tip_mm <= self.tip_mm && axis_rad <= self.axis_rad + next.residual_rad) {
             return Err(failed(line, "a point is elsewhere than in the source"));
         }
+        let from_mm = self.at_mm.replace(pose.tip_mm);
+        let is_on_arc = |arc: ArcSeen| {
+            from_mm.is_some_and(|from| arc.has_chord([from, pose.tip_mm], self.arc_tolerance_mm, self.tip_mm))
+        };
+        if next.point.on.is_some_and(|arc| !is_on_arc(arc)) {
+            return Err(failed(line, "an arc goes elsewhere than in the source"));
+        }
         Ok(())
     }
 
@@ -182,7 +195,6 @@ impl<'a> PostedAgain<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Vec3;
     use crate::kinematics::{Setup, ToolPose};
     use crate::machine::Preset;
 
@@ -196,10 +208,11 @@ mod tests {
             (tables(), PostParameters::new(ProgramSetup::in_mm(&crate::kinematics::Setup::default())));
         let kinematics = Kinematics::new(&machine, &Setup::default());
         let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
+        again.await_words("H1");
         again.await_words("S1200 M3");
         for (line, x_mm) in [(1, 0.0), (2, 10.0)] {
             let pose = ToolPose { tip_mm: Vec3::new(x_mm, 0.0, 5.0), axis: Vec3::z() };
-            let point = ClPoint { line, rapid: true, pose, from_mm: None, feed: None };
+            let point = ClPoint { line, rapid: true, pose, from_mm: None, feed: None, on: None };
             again.await_next(ExpectedPoint { point, feed: None, residual_rad: 0.0, part: None });
             again.await_words("G4 P250");
         }
@@ -214,12 +227,15 @@ mod tests {
         let kinematics = Kinematics::new(&machine, &Setup::default());
         let words = AxisWords { linear_mm: [10.0, 20.0, 5.0], rotary_deg: [30.0, 40.0] };
         let pose = Station::new(&machine, &kinematics, Interpolation::Tcp, words).pose;
-        let point = ClPoint { line: 1, rapid: true, pose, from_mm: None, feed: None };
+        let point = ClPoint { line: 1, rapid: true, pose, from_mm: None, feed: None, on: None };
         let mut again = PostedAgain::new(&machine, &kinematics, &parameters);
         for (index, stated) in ["AC", "XY", "Z"].into_iter().enumerate() {
             let coordinates = ["X", "Y", "Z", "A", "C"].map(|letter| stated.contains(letter));
             let part = Some(Part { words, coordinates, is_first: index == 0, is_last: index == 2 });
             again.await_next(ExpectedPoint { point, feed: None, residual_rad: 0.0, part });
+            if index == 0 {
+                again.await_words("H1");
+            }
         }
         again.take(text.as_bytes())?;
         again.finish()
@@ -236,6 +252,7 @@ mod tests {
             ("G0 A30 C40", "G1 A30 C40 F100"),
             ("G0 A30 C40\nG43.4 H1", "G43.4 H1\nG0 A30 C40"),
             ("G43.4 H1\n", ""),
+            ("G43.4 H1\n", "G43.4 H2\n"),
             ("X10 Y20\nZ5", "Z5\nX10 Y20"),
             ("X10 Y20\nZ5", "X10 Y20 Z5"),
             ("X10 Y20\nZ5", "X10 Y20\nZ6"),

@@ -33,14 +33,22 @@ pub struct PostReport {
     pub cutcoms: u64,
     /// Line of the first of them.
     pub first_cutcom_line: Option<u64>,
+    /// Tool changes directly after a cut.
+    pub changes_after_cut: u64,
+    /// Line of the first of them.
+    pub first_change_after_cut_line: Option<u64>,
+    /// Line of the last point, if the program ends after a cut.
+    pub cut_at_end_line: Option<u64>,
     /// Tool changes of the posted program.
     pub tool_changes: u64,
     /// Number of windows of points. The path in each was chosen with knowledge of the next points only.
     pub windows: u64,
-    /// H of G43.4, if the program has it.
+    /// H of the last G43.4 or G43, if the program has it.
     pub length_number: Option<u32>,
     /// The number is not stated, and the data name no tool by number.
     pub length_number_is_assumed: bool,
+    /// The program switches no length on, for at least one tool.
+    pub length_is_left_out: bool,
     /// Points at which a rotary axis turns by more than the threshold.
     pub rewinds: u64,
     /// Line of the first rewind.

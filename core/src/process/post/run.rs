@@ -9,7 +9,7 @@ use super::parameters::{PostForm, PostParameters};
 use super::points::{ClPoint, ClPoints, Item};
 use super::read_back::{ExpectedPoint, Part, PostedAgain};
 use super::report::PostReport;
-use super::write::{Writer, words};
+use super::write::{Writer, can_state, words};
 use crate::contact::{Station, rotary_rad};
 use crate::geometry::{Vec3, angle_between};
 use crate::kinematics::{InverseError, Kinematics, Path, PathOptions, ToolPose, WarningKind};
@@ -60,25 +60,26 @@ pub fn post(
     // The text has no loops, and its cycles become motions.
     let mut passages = Passages::open(source, machine, &program)?.following_its_run(machine, &program);
     // Without tool changes a program has one tool, and a tool change after a cut is refused.
-    let length_number = parameters
-        .length_number
-        .or(program.tools.number.filter(|number| PostParameters::LENGTH_NUMBERS.contains(number)));
+    let named_number = program.tools.number.filter(|number| PostParameters::LENGTH_NUMBERS.contains(number));
     let length = program.tools.tooling().only().and_then(|used| used.length);
     let program = ProgramSetup { tools: Tools::of_length(length), ..program };
     let parameters = &PostParameters { program, ..parameters.clone() };
     let set_up = SetUps::new(machine, &parameters.program).now;
     let kinematics = &*set_up.kinematics;
+    let depends_on_length = hangs_on_set_up(machine, parameters) && has_head_axis(machine);
     let mut run = Posting {
         machine,
         kinematics,
         unstated: set_up.missing_for_place().filter(|_| hangs_on_set_up(machine, parameters)),
         parameters,
-        points: ClPoints::new(states_one),
+        points: ClPoints::new(states_one, depends_on_length),
         window: Vec::new(),
         start_words_deg: parameters.start_words_deg,
         last: None,
-        length_number,
-        depends_on_length: hangs_on_set_up(machine, parameters) && has_head_axis(machine),
+        cut_line: None,
+        length_number: parameters.length_number,
+        named_number,
+        depends_on_length,
         writer: Writer::default(),
         read_back: PostedAgain::new(machine, kinematics, parameters),
         out: Vec::new(),
@@ -109,6 +110,7 @@ pub fn post(
     run.read_back.finish()?;
     output.flush()?;
     let mut report = run.report;
+    report.cut_at_end_line = run.cut_line;
     report.reading = passages.reading();
     report.blocks_in = passages.blocks;
     report.blocks_out = run.writer.blocks;
@@ -142,8 +144,12 @@ struct Posting<'a> {
     start_words_deg: Option<[f64; 2]>,
     /// The last point written: the position of the machine.
     last: Option<(AxisWords, ToolPose)>,
-    /// The stated H of G43.4.
+    /// Its line, if it was a cut.
+    cut_line: Option<u64>,
+    /// H, if the request or the tool change states it.
     length_number: Option<u32>,
+    /// The number of the tool, if the request states it.
+    named_number: Option<u32>,
     /// The words, or the choice of a path, depend on the length of the tool.
     depends_on_length: bool,
     writer: Writer,
@@ -169,7 +175,7 @@ impl Posting<'_> {
                 if let Some(kind) = &self.unstated {
                     self.faults.add(motion.line, batch.block_text(block), kind.clone());
                 }
-                if let Err(why) = self.points.motion(self.parameters, motion, &mut self.window) {
+                if let Err(why) = self.points.motion(self.parameters, batch, motion, &mut self.window) {
                     self.faults.add(motion.line, batch.block_text(block), LineFaultKind::NotPosted(why));
                 }
             }
@@ -242,8 +248,8 @@ impl Posting<'_> {
                     self.writer.line(&words, &mut self.out);
                     continue;
                 }
-                Item::ToolChange { number, line } => {
-                    self.change_tool(number, line);
+                Item::ToolChange { number, length_number, line } => {
+                    self.change_tool(number, length_number, line);
                     continue;
                 }
                 Item::ClPoint(point) => point,
@@ -334,6 +340,10 @@ impl Posting<'_> {
             let too_quick = NotPosted::TooQuick { per_min };
             return self.faults.add(point.line, b"", LineFaultKind::NotPosted(too_quick));
         }
+        if per_min > 0.0 && !can_state(per_min) {
+            let too_slow = NotPosted::TooSlow { per_min };
+            return self.faults.add(point.line, b"", LineFaultKind::NotPosted(too_slow));
+        }
         // A cut of no length takes no time that could be written, so it gets no block.
         if minutes.is_some_and(|minutes| minutes <= 0.0) {
             // The machine stays at the previous point, and paths are measured from there.
@@ -353,20 +363,25 @@ impl Posting<'_> {
             });
         }
         self.report.points += 1;
+        self.cut_line = (!point.rapid).then_some(point.line);
         self.start_words_deg = Some(words.rotary_deg);
         self.last = Some((words, point.pose));
     }
 
     /// Another tool. The position of the machine after its change is not known, so a new approach follows.
-    fn change_tool(&mut self, number: u32, line: u64) {
+    fn change_tool(&mut self, number: u32, length_number: u32, line: u64) {
         if self.depends_on_length && self.report.tool_changes > 0 {
             let several = LineFaultKind::NotPosted(NotPosted::SeveralLengths);
             return self.faults.add(line, b"", several);
         }
+        if self.cut_line.take().is_some() {
+            self.report.changes_after_cut += 1;
+            self.report.first_change_after_cut_line.get_or_insert(line);
+        }
         let has_moved = self.last.take().is_some();
         let text = self.writer.change_tool(number, self.parameters.form, has_moved, &mut self.out);
         self.read_back.await_words(&text);
-        self.length_number = self.parameters.length_number.or(Some(number));
+        self.length_number = self.parameters.length_number.or(Some(length_number));
         self.report.tool_changes += 1;
     }
 
@@ -375,7 +390,20 @@ impl Posting<'_> {
         let (machine, parameters) = (self.machine, self.parameters);
         let approach = Approach::of(machine, self.kinematics, parameters.form, &point.pose, words.rotary_deg);
         Writer::announce(approach, machine, self.report.points == 0, &mut self.out);
+        // In machine coordinates the caller's frame may have switched the length on.
+        if parameters.form == PostForm::Machine {
+            match self.length_number {
+                Some(number) => self.writer.take_length_with_z(number),
+                None => self.report.length_is_left_out = true,
+            }
+            self.report.length_number = self.length_number;
+        }
         for (index, coordinates) in approach.parts().into_iter().enumerate() {
+            if let (true, PostForm::Machine, Some(number)) =
+                (coordinates[2], parameters.form, self.length_number)
+            {
+                self.read_back.await_words(&format!("G43 H{number}"));
+            }
             let written =
                 self.writer.point(machine, words, coordinates, point, None, parameters, &mut self.out);
             let part = Some(Part { words: *words, coordinates, is_first: index == 0, is_last: index == 2 });
@@ -387,9 +415,14 @@ impl Posting<'_> {
             });
             if index == 0 && parameters.form == PostForm::Tcp {
                 // The number of a later tool is not that of this one.
-                let of_data = || self.points.tool_number().filter(|_| !self.parameters.changes_tools);
-                let known = self.length_number.or_else(of_data);
+                let of_data = |number: Option<u32>| number.filter(|_| !parameters.changes_tools);
+                let known = self
+                    .length_number
+                    .or_else(|| of_data(self.points.length_register()))
+                    .or(self.named_number)
+                    .or_else(|| of_data(self.points.tool_number()));
                 let number = known.unwrap_or(FIRST_LENGTH);
+                self.read_back.await_words(&format!("H{number}"));
                 self.writer.take_length(number, &mut self.out);
                 self.report.length_number = Some(number);
                 self.report.length_number_is_assumed = known.is_none();

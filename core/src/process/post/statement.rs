@@ -1,11 +1,13 @@
 //! Statements for the post-processor that become words of the posted program.
 
+use crate::process::fault::NotPosted;
+
 /// Longest dwell written \[s\], and fastest spindle \[1/min\]. Larger values are mistakes in the text.
 const MAX_DWELL_S: f64 = 9999.0;
 const MAX_SPINDLE_PER_MIN: f64 = 1e6;
 /// Statements that switch or move something on the machine. As comments they have no effect.
-const FOR_THE_MACHINE: [&str; 9] =
-    ["STOP", "OPSTOP", "DELAY", "SPINDL", "COOLNT", "AUXFUN", "PREFUN", "CLAMP", "INSERT"];
+const FOR_THE_MACHINE: [&str; 10] =
+    ["STOP", "OPSTOP", "DELAY", "SPINDL", "COOLNT", "AUXFUN", "PREFUN", "CLAMP", "INSERT", "SET"];
 
 /// What a statement becomes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,6 +38,39 @@ impl Coolant {
 
     fn again(self) -> Option<String> {
         self.0.map(str::to_owned)
+    }
+}
+
+/// The spindle, as far as the words of the program say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Spindle {
+    /// No word so far: the caller's frame starts it.
+    #[default]
+    Unsaid,
+    Runs,
+    /// M6 has stopped it.
+    StoppedByChange,
+    /// M5 has stopped it.
+    Stopped,
+}
+
+impl Spindle {
+    /// Takes the words of a statement.
+    pub(super) fn see(&mut self, words: &str) {
+        match words.split_ascii_whitespace().last() {
+            Some("M3" | "M4") => *self = Self::Runs,
+            Some("M5") => *self = Self::Stopped,
+            _ => {}
+        }
+    }
+
+    /// Why a cut is refused here, if it is.
+    pub(super) fn against_cut(self) -> Option<NotPosted> {
+        match self {
+            Self::Unsaid | Self::Runs => None,
+            Self::StoppedByChange => Some(NotPosted::SpindleStands),
+            Self::Stopped => Some(NotPosted::SpindleStopped),
+        }
     }
 }
 

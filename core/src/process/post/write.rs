@@ -9,6 +9,8 @@ use crate::machine::Machine;
 use crate::motion::{AxisWords, FeedMode};
 use crate::program::{print_decimal, round_to_decimals};
 
+/// The note for the operator before G49.
+const CLEAR: &str = "(G49 CAN MOVE THE TOOL BY ITS LENGTH. IT MUST BE CLEAR OF THE PART)";
 /// Largest relative rounding error of an F word.
 const FEED_ROUNDING: f64 = 1e-3;
 const MAX_FEED_DECIMALS: u8 = 9;
@@ -19,6 +21,8 @@ pub(super) struct Writer {
     rapid: Option<bool>,
     mode: Option<FeedMode>,
     feed: Option<f64>,
+    /// H of the G43 that the next Z has.
+    length: Option<u32>,
     pub(super) blocks: u64,
 }
 
@@ -57,6 +61,18 @@ impl Writer {
         self.line(&format!("G43.4 H{number}"), out);
     }
 
+    /// Switches the length on in the next block that states Z. Alone in a block, G43 moves Z on some controls.
+    pub(super) fn take_length_with_z(&mut self, number: u32) {
+        self.length = Some(number);
+    }
+
+    /// Switches tool-centre-point control off. On some controls the tool moves by its length.
+    fn drop_length(&mut self, out: &mut Vec<u8>) {
+        out.extend_from_slice(CLEAR.as_bytes());
+        out.push(b'\n');
+        self.line("G49", out);
+    }
+
     /// Puts another tool in, with tool-centre-point control off and in the feed mode of the start. Returns the text of
     /// the change.
     pub(super) fn change_tool(
@@ -71,7 +87,7 @@ impl Writer {
             self.mode = Some(FeedMode::PerMinute);
         }
         if form == PostForm::Tcp && has_moved {
-            self.line("G49", out);
+            self.drop_length(out);
         }
         let text = format!("T{number} M6");
         self.line(&text, out);
@@ -86,8 +102,9 @@ impl Writer {
         if self.mode != Some(FeedMode::PerMinute) {
             self.line("G94", out);
         }
+        // A plain length is replaced by the next G43, and G49 would move Z on some controls.
         if parameters.form == PostForm::Tcp {
-            self.line("G49", out);
+            self.drop_length(out);
         }
         self.line("M30", out);
         self.line("%", out);
@@ -133,6 +150,10 @@ impl Writer {
             put(if point.rapid { b"G0" } else { b"G1" }, out);
             self.rapid = Some(point.rapid);
         }
+        let length = if coordinates[2] { self.length.take() } else { None };
+        if length.is_some() {
+            put(b"G43", out);
+        }
         let [first, second] = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
         let [x, y, z] = words.linear_mm;
         let [a, b] = words.rotary_deg;
@@ -145,6 +166,9 @@ impl Writer {
             let mut text = [0; 4];
             put(letter.encode_utf8(&mut text).as_bytes(), out);
             print_decimal(value, decimals, out);
+        }
+        if let Some(number) = length {
+            put(format!("H{number}").as_bytes(), out);
         }
         let written = feed.map(|feed| {
             let decimals = (1..MAX_FEED_DECIMALS)
@@ -163,6 +187,11 @@ impl Writer {
         out.push(b'\n');
         WrittenPoint { words: *words, feed: written.map(|(value, _)| value) }
     }
+}
+
+/// Whether an F word can state this value.
+pub(super) fn can_state(feed: f64) -> bool {
+    (round_to_decimals(feed, MAX_FEED_DECIMALS) / feed - 1.0).abs() <= FEED_ROUNDING
 }
 
 /// The words of a point: rotary words are rounded first, then the linear words are computed from them and rounded.

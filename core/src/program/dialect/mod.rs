@@ -14,6 +14,7 @@ mod plain;
 mod rules;
 pub(super) mod siemens;
 
+pub use apt::CycleUnread;
 pub use foreign::ForeignDialect;
 pub(super) use line::Source;
 pub(super) use rules::{Arithmetic, Read, StampAfter};

@@ -4,12 +4,15 @@
 //! A `GOTO/` has three values (tip), six (tip and tool axis) or nine (tip, tool axis, contact normal out of the part
 //! toward the tool). Unknown words of post-processors are left unchanged, because they do not move the points.
 
+mod circle;
 mod code;
 mod cycle;
 mod line;
 mod point;
 mod statement;
 mod write;
+
+pub use cycle::CycleUnread;
 
 use super::detect::starts;
 use super::rules::{Arithmetic, DialectRules, Grammar, Read, StampAfter, StampForm, WritingOut};

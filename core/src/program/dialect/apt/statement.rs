@@ -1,5 +1,6 @@
 //! The kind of a statement of cutter location text, from its major word.
 
+use super::circle::circle;
 use super::code::{is_harmless_code, is_harmless_number};
 use super::cycle::cycle;
 use super::line::{Upper, has_minor, is_one_of, minors, rest, said, starts, told_apart, word_end};
@@ -30,6 +31,9 @@ const TRANSFORMATIONS: [&[u8]; 12] = [
 /// Motions along surfaces that the processor has not computed.
 const SURFACE_MOTIONS: [&[u8]; 8] =
     [b"GO", b"GOFWD", b"GOLFT", b"GORGT", b"GOBACK", b"GOUP", b"GODOWN", b"ARC"];
+/// Statements that are motions in some systems, in a form that is not read.
+const MAY_BE_MOTIONS: [&[u8]; 9] =
+    [b"HELIX", b"SPLINE", b"BSPLINE", b"NURBS", b"MOVETO", b"MOVARC", b"CURVE", b"GOCONT", b"GOCLER"];
 /// Statements that call or repeat other statements.
 const CALLS: [&[u8]; 4] = [b"CALL", b"CALSUB", b"CALLSUB", b"SUBPRG"];
 
@@ -64,7 +68,10 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
         return BlockKind::Flow;
     }
     // `TLON,GOFWD/…`, `TLLFT,GORGT/…`: motions along surfaces.
-    if is_one_of(major, &SURFACE_MOTIONS) || names_surface_motion(scan, end) {
+    if is_one_of(major, &SURFACE_MOTIONS)
+        || is_one_of(major, &MAY_BE_MOTIONS)
+        || names_surface_motion(scan, end)
+    {
         return said(scan, Keyword::SurfaceMotion, start);
     }
     let word = Upper::of(major);
@@ -74,8 +81,9 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
         b"FROM" => point(scan, Keyword::From, start),
         b"GODLTA" => delta(scan, start),
         b"GOHOME" => said(scan, Keyword::GoHome, start),
-        b"CIRCLE" => said(scan, Keyword::Circle, start),
+        b"CIRCLE" => circle(scan, start),
         b"CYCLE" => cycle(scan, start),
+        b"CUTCOM" if is_of_length(scan, end) => said(scan, Keyword::PostWord, start),
         b"CUTCOM" => {
             let off = has_minor(scan, end, b"OFF");
             said(scan, if off { Keyword::R0 } else { Keyword::RadiusCompensation }, start)
@@ -104,7 +112,12 @@ pub(super) fn read(scan: &mut Line<'_>) -> BlockKind {
             said(scan, if plain { Keyword::WorldPoints } else { Keyword::PointsMoved }, start)
         }
         b"ROTABL" | b"ROTHED" => rotation(scan, start),
-        b"LOADTL" | b"LOAD" | b"TOOLNO" | b"TURRET" | b"UNLOAD" => tool(scan, start),
+        // A pallet, a head, a fixture: what the points count from may be elsewhere.
+        b"LOAD" if !names_tool(scan, end) => said(scan, Keyword::UnknownStatement, start),
+        b"UNLOAD" if !names_tool(scan, end) && !is_of_number(scan, end) => {
+            said(scan, Keyword::UnknownStatement, start)
+        }
+        b"LOADTL" | b"TOOLNO" | b"TURRET" | b"LOAD" | b"UNLOAD" => tool(scan, start),
         b"END" | b"FINI" => said(scan, Keyword::EndPgm, start),
         _ => said(scan, Keyword::PostWord, start),
     }
@@ -131,16 +144,39 @@ fn units(scan: &mut Line<'_>, start: usize) -> BlockKind {
     said(scan, keyword, start)
 }
 
-/// `LOADTL/5`, `LOAD/TOOL,5`: the tool's number as a T word.
+/// Whether `CUTCOM/` is about the length of the tool alone: `CUTCOM/ON,LENGTH,7`.
+fn is_of_length(scan: &Line<'_>, from: usize) -> bool {
+    let is_of_length = |word: &[u8]| {
+        is_one_of(word, &[b"LENGTH", b"ON", b"OFF", b"ADJUST"]) || word.iter().all(u8::is_ascii_digit)
+    };
+    has_minor(scan, from, b"LENGTH") && minors(scan, from).all(is_of_length)
+}
+
+/// Whether `LOAD/` and `UNLOAD/` name a tool.
+fn names_tool(scan: &Line<'_>, from: usize) -> bool {
+    minors(scan, from).next().is_some_and(|word| word.eq_ignore_ascii_case(b"TOOL"))
+}
+
+/// `UNLOAD/1`, `UNLOAD`: the tool goes out.
+fn is_of_number(scan: &Line<'_>, from: usize) -> bool {
+    minors(scan, from).next().is_none_or(|word| word.iter().all(u8::is_ascii_digit))
+}
+
+/// `LOADTL/5`, `LOAD/TOOL,5`: the tool's number as a T word. Only the first item is the number of the tool: a number
+/// after a name may be one of anything.
 fn tool(scan: &mut Line<'_>, start: usize) -> BlockKind {
     let (head, end) = (scan.at, scan.extent.body_end);
     scan.keyword(Keyword::ToolCall, start, end);
+    let is_between = |byte: u8| matches!(byte, b',' | b'/' | b' ' | b'\t' | b'$' | b'\r' | b'\n');
+    let after_blanks = |from: usize| (from..end).find(|at| !is_between(scan.byte(*at))).unwrap_or(end);
+    let mut from = after_blanks(head);
+    if scan.slice(from, from + 4).eq_ignore_ascii_case(b"TOOL") && is_between(scan.byte(from + 4)) {
+        from = after_blanks(from + 4);
+    }
     let body = scan.text.get(..end).unwrap_or_default();
-    let is_open = |byte: u8| matches!(byte, b',' | b'/' | b' ' | b'\t');
-    let mut starts =
-        (head..end).filter(|at| scan.byte(*at).is_ascii_digit() && is_open(scan.byte(at.saturating_sub(1))));
-    if let Some(from) = starts.next()
+    if scan.byte(from).is_ascii_digit()
         && let Some(number) = number(body, from, Spelling::Exponent)
+        && (number.end >= end || is_between(scan.byte(number.end)))
     {
         scan.number_word(Address::T, WordForm::Number, from, 0, number);
     }
