@@ -31,7 +31,7 @@ const MOVED: &str = ".migrated";
 /// The holder of leases of jobs that were running; no service has this name, so that any of them takes the jobs up.
 const NOBODY: &str = "moved";
 
-/// Longest part of what the server says of a row [characters].
+/// Longest part of what the server says of a row \[characters\].
 const MAX_DETAIL: usize = 300;
 
 /// Why a data directory was not moved.
