@@ -246,7 +246,7 @@ async fn the_doctor_reads_rows_and_files_of_a_server_and_names_what_is_wrong() {
             assert!(said(&found).contains(told), "{what}: {told}: {}", said(&found));
         }
         at("ALTER TABLE @audit DISABLE TRIGGER audit_never_goes; DELETE FROM @audit WHERE seq = 1; SELECT 1");
-        let found = asked(&["--audit-head", &head.replace(|digit: char| digit == 'a', "b")]);
+        let found = asked(&["--audit-head", &head.replace('a', "b")]);
         assert!(
             said(&found).contains("the trigger audit_never_goes of audit is switched off"),
             "{}",

@@ -416,7 +416,7 @@ def main():
         one_key_is_one_job(cluster)
         a_revoked_key_is_refused(cluster)
         within(EMPTY_S, "an empty queue", lambda: count("jobs WHERE state IN ('queued', 'running')") == 0)
-        text = program(int(os.environ.get("TRUNNION_CLUSTER_BLOCKS", "1000000")), 99)
+        text = program(int(os.environ.get("TRUNNION_CLUSTER_BLOCKS", "4000000")), 99)
         followed_and_cancelled_elsewhere(cluster, text)
         a_stopping_service_releases(cluster, text)
         a_dead_service_is_taken_over(cluster, text)

@@ -1,10 +1,6 @@
 //! Cycles of Sinumerik and Heidenhain controls that make one hole are the motions that their manuals describe.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test stops at the first surprise, helpers included"
-)]
+#![expect(clippy::unwrap_used, reason = "a test stops at the first surprise, helpers included")]
 
 use std::fmt::Write as _;
 use std::ops::ControlFlow;

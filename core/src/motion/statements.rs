@@ -118,6 +118,7 @@ impl Interpreter {
     }
 
     /// Sets the mode of a statement word. Returns the other actions of the block.
+    #[expect(clippy::too_many_lines, reason = "one arm for every kind of statement")]
     pub(super) fn apply_statement(
         &mut self,
         statement: Statement,
@@ -152,6 +153,7 @@ impl Interpreter {
             Statement::End => self.this_block.ends = true,
             Statement::ToolCall => {
                 self.position.forget_linear();
+                self.height = None;
                 self.modal.plane = Some(2);
                 self.transform(Transformation::ToolAxis, false);
             }
