@@ -223,6 +223,7 @@ impl MachineProfile {
             axis.direction = unit(axis.direction);
         }
         self.work_offsets_mm = self.work_offsets_mm.map(WorkOffsets::without_negative_zeros);
+        self.machine_coordinates = self.machine_coordinates.map(MachineCoordinates::without_negative_zeros);
         let solution = self.plane_solution.as_ref().map(solution_of);
         let axes = letters.iter().map(|letter| letter.as_char()).collect::<Vec<_>>();
         let coordinates = self.machine_coordinates.as_ref().map(|stated| stated.to_core(&axes));

@@ -63,6 +63,18 @@ impl MachineCoordinates {
         }
     }
 
+    /// The same without negative zeros, so that a profile that says the same is the same revision.
+    pub(super) fn without_negative_zeros(self) -> Self {
+        let positive = |position: BTreeMap<String, f64>| {
+            position.into_iter().map(|(letter, value)| (letter, value + 0.0)).collect()
+        };
+        Self {
+            zero_mm: Fixed(self.zero_mm.0.map(|value| value + 0.0)),
+            reference_positions: self.reference_positions.into_iter().map(positive).collect(),
+            ..self
+        }
+    }
+
     /// The same in the core's terms; `rotary` has the letters of the rotary axes in the profile's order.
     pub(super) fn to_core(&self, rotary: &[char]) -> machine::MachineCoordinates {
         let letters = || "XYZ".chars().chain(rotary.iter().copied());

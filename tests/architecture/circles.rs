@@ -21,7 +21,6 @@ const MEANT_CIRCLES: &[(&[&str], &str)] = &[
             "motion/feed",
             "motion/feed_rules",
             "motion/interpreter",
-            "motion/machine_place",
             "motion/meaning",
             "motion/modal",
             "motion/motion_shell",

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 
 use trunnion::machine::{Machine, MachineCoordinates, PlaneRule, PlaneSolution, Preset, RotaryLetter};
-use trunnion::motion::{Unfollowable, WorkOffset, WorkOffsets};
+use trunnion::motion::{ModalGroup, Unfollowable, WorkOffset, WorkOffsets};
 use trunnion::process::{
     Interpreted, InterpretedMotion, ListedTool, ProgramSetup, StartPosition, ToolTable, Tools,
     interpret_program,
@@ -159,29 +159,51 @@ fn g28_and_g30_pass_their_point_and_end_at_the_reference_position() {
 }
 
 #[test]
-fn the_height_holds_for_a_length_in_force_and_another_offset_but_for_no_other_tool() {
-    let text = "G21 G90 G54\nT1 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\nG43 H1\nG0 Y5.\nG55\nG0 X6. Y7.\nM30\n";
-    let found = followed(&machine(Some(false)), Dialect::Iso, text);
-    let [_, _, first] = words([0.0; 3], OFFSET_MM, LENGTHS_MM[0]);
-    let [_, _, in_g55] = words([0.0; 3], SECOND_MM, LENGTHS_MM[0]);
-    let wanted = [[1.0, 2.0, 3.0], [1.0, 2.0, first]];
-    for (found, [x, y, z]) in found.iter().zip(wanted) {
-        assert_at(found, [x, y, z, 0.0, 0.0]);
+fn another_length_tool_or_offset_leaves_z_unknown_until_a_word_states_it() {
+    let at = |changes: &str| {
+        format!("G21 G90 G54\nT1 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\n{changes}\nG0 X4. Y5.\nM30\n")
+    };
+    // Some controls move the axis by another length or offset, others do not; a changer moves all axes.
+    for changes in ["G43 H1", "G49", "G55", "T2 M6", "T1 M6", "G43 H2"] {
+        let found = followed(&machine(Some(false)), Dialect::Iso, &at(changes));
+        let last = found.last().unwrap();
+        assert_eq!((last.joints[2], last.tip_mm), (None, None), "{changes}");
     }
-    assert_eq!(found.len(), 4);
-    assert!((found[2].joints[2].unwrap() - first).abs() < ROUNDING_MM);
-    assert_at(&found[3], [6.0, 7.0, in_g55, 0.0, 0.0]);
-    // A changer moves the axes, and nobody has stated the length of T3.
-    for change in ["T2 M6", "T1 M6"] {
-        let text =
-            format!("G21 G90 G54\nT1 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\n{change}\nG0 X4. Y5.\nM30\n");
+    // Nobody has stated the length of T3, H names another tool's length, and G10 changes it.
+    for before in ["T3 M6", "T1 M6\nG43 H2", "T1 M6\nG10 L10 P1 R120."] {
+        let text = format!("G21 G90 G54\n{before}\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\nG0 X4.\nM30\n");
         let found = followed(&machine(Some(false)), Dialect::Iso, &text);
-        assert_eq!((found[2].joints[2], found[2].tip_mm), (None, None), "{change}");
+        assert_eq!(found[1].joints[2], None, "{before}");
+        assert_eq!(found[2].tip_mm, None, "{before}");
     }
-    let text = "G21 G90 G54\nT3 M6\nG0 X1. Y2. Z3. A0. C0.\nG53 Z0.\nG0 X4.\nM30\n";
-    let found = followed(&machine(Some(false)), Dialect::Iso, text);
-    assert_eq!(found[1].joints[2], None);
-    assert_eq!(found[2].tip_mm, None);
+    let text = "BEGIN PGM P MM\nTOOL CALL 1 Z S5000 DL+0.5\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\nL Z-1.5 R0 FMAX M91\nEND PGM P MM\n";
+    assert_eq!(followed(&machine(Some(false)), Dialect::Heidenhain, text)[1].joints[2], None);
+}
+
+#[test]
+fn where_no_length_is_in_force_a_word_z_does_not_place_the_tip() {
+    let group = |blocks: &str, dialect: Dialect| {
+        let text = format!("G90 G54\nT1 M6\nD1\nG0 X1 Y2 Z3 A0 C0\n{blocks}\nM30\n");
+        let text = if dialect == Dialect::Iso { text.replace("D1", "G43 H1 G21") } else { text };
+        reasons(&machine(Some(false)), dialect, &text)
+    };
+    let unknown = [Unfollowable::ModeUnknown { group: ModalGroup::ToolLength }];
+    assert_eq!(group("SUPA Z0 D0\nG0 X5\nG0 Z50", Dialect::Siemens), unknown);
+    assert_eq!(group("G49\nG53 Z0\nG0 X5\nG0 Z50", Dialect::Iso), unknown);
+    assert_eq!(group("G43 H0\nG0 X5\nG0 Z50", Dialect::Iso), unknown);
+    let text = "G90 G54\nT1 M6\nD1\nG0 X1 Y2 Z3 A0 C0\nSUPA Z0 D0\nG0 Z50\nG0 X5\nM30\n";
+    let Some(Interpreted::Motion(last)) = told(&machine(Some(false)), Dialect::Siemens, text).pop() else {
+        panic!("X5 is a motion")
+    };
+    assert_eq!(last.tip_mm, None);
+    assert_eq!(group("G49\nG0 X5\nG43 H1 Z50", Dialect::Iso), []);
+    // A length that would count has to be in force, and in ISO programs this is not certain.
+    let text = "G21 G90 G54\nT1 M6\nG43 H1\nG0 X1 Y2 Z3 A0 C0\nG53 Z0\nM30\n";
+    assert_eq!(reasons(&machine(Some(true)), Dialect::Iso, text), [Unfollowable::MachineCoordinates]);
+    let text = text.replace("G43 H1\n", "").replace("G53", "G49 G53");
+    let found = followed(&machine(Some(true)), Dialect::Iso, &text);
+    let [_, _, gauge] = words([0.0; 3], OFFSET_MM, LENGTHS_MM[0]);
+    assert_at(&found[1], [1.0, 2.0, gauge, 0.0, 0.0]);
 }
 
 #[test]
@@ -228,6 +250,9 @@ fn what_does_not_say_where_the_axes_go_is_left_alone() {
     assert_eq!(left("G57\nG53 Z0."), [MachineCoordinates]);
     assert_eq!(left("/G53 Z0."), [MachineCoordinates]);
     assert_eq!(left("G53 Z0. B5."), [MachineCoordinates]);
+    // The changer moves before the axes or after them.
+    assert_eq!(left("G53 Z0. T2 M6"), [MachineCoordinates]);
+    assert_eq!(left("G91 G28 Z0. T2 M6"), [Reference]);
     // A control of the tip, a turned frame, and a compensated path.
     assert!(!left("G43.4 H1\nG53 Z0.").is_empty());
     assert!(!left("G68 X0. Y0. R30.\nG53 Z0.").is_empty());
@@ -241,9 +266,15 @@ fn what_does_not_say_where_the_axes_go_is_left_alone() {
     // The basic frame stays in force, and M92 counts from a place of the machine's builder.
     let text = "G90 G54\nT1 M6\nD1\nG0 X1 Y2 Z3 A0 C0\nG53 X0\nM30\n";
     assert_eq!(reasons(&stated, Dialect::Siemens, text), [MachineCoordinates]);
-    let text = "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\nL X-1.5 R0 FMAX M92\n\
-                END PGM P MM\n";
-    assert_eq!(reasons(&stated, Dialect::Heidenhain, text), [MachineCoordinates]);
+    // Rotary axes that take the shorter way, or whose F counts along a circle.
+    for block in
+        ["L X-1.5 R0 FMAX M92", "L X-1.5 R0 FMAX M91 M92", "M126\nL C+350 FMAX M91", "M116\nL C+90 F500 M91"]
+    {
+        let text = format!(
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\n{block}\nEND PGM P MM\n"
+        );
+        assert_eq!(reasons(&stated, Dialect::Heidenhain, &text), [MachineCoordinates], "{block}");
+    }
 }
 
 /// Behind an axis of the machine's own, other words than its own are not known either if words are the tip's or count

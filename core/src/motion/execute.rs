@@ -52,7 +52,6 @@ impl Interpreter {
         if self.block.has(Address::O) && self.has_motions() {
             self.forget_all();
         }
-        let may_be_skipped = block.flags.has(BlockFlags::DELETE);
         let mut reason = self.block_reason(batch, block, diagnostics);
         let before = self.modal;
         let [.., first, second] = self.position.axes;
@@ -81,9 +80,6 @@ impl Interpreter {
             action = Some(Action::Call);
         }
         self.find_obstacle();
-        if self.height.is_some() && action.is_none() && !may_be_skipped {
-            self.keep_height();
-        }
         if self.this_block.flow
             || (self.block.has_m(self.rules, MFunction::Return) && self.block.has(Address::P))
         {

@@ -115,7 +115,10 @@ impl Interpreter {
                     counts_elsewhere = Some(Unfollowable::MachineCoordinates);
                     self.this_block.from_machine_zero = true;
                 }
-                Meaning::NearMachineZero => counts_elsewhere = Some(Unfollowable::MachineCoordinates),
+                Meaning::NearMachineZero => {
+                    counts_elsewhere = Some(Unfollowable::MachineCoordinates);
+                    self.this_block.from_other_zero = true;
+                }
                 Meaning::OffsetByHHere => counts_elsewhere = Some(self.offset_here()),
                 Meaning::Reference => also(&mut action, Action::Reference),
                 Meaning::Elsewhere => also(&mut action, Action::Elsewhere),
@@ -208,9 +211,13 @@ impl Interpreter {
                 self.lose_tool_length();
             }
             Meaning::LengthAlongTool => self.set_tool_length(ToolLength::Plain),
-            Meaning::ToolLength(length) => self.set_tool_length(length),
+            Meaning::ToolLength(length) => {
+                self.set_tool_length(length);
+                self.modal.has_no_length = false;
+            }
             Meaning::TipControl(length) | Meaning::TipControlApart(length) => {
                 self.set_tool_length(length);
+                self.modal.has_no_length = length == ToolLength::Plain;
                 self.modal.kinematics_switched = false;
             }
             Meaning::LengthAlong(axis) => self.take_length_along(axis),

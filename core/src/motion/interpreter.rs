@@ -4,7 +4,6 @@ use super::block_words::BlockWords;
 use super::course::Course;
 use super::dialect::{MotionRules, ToolWords};
 use super::machine_axes::MachineAxes;
-use super::machine_place::SpindleHeight;
 use super::modal::{Modal, MotionMode, ToolLength};
 use super::point_arc::PointArc;
 use super::position::Position;
@@ -80,8 +79,6 @@ pub struct Interpreter {
     pub(super) planes: Option<Arc<PlaneAxes>>,
     /// Where the control's machine coordinates count from; `None` if the profile does not say so.
     pub(super) machine_coordinates: Option<Arc<MachineCoordinates>>,
-    /// The height of the spindle behind a motion in machine coordinates, until it moves.
-    pub(super) height: Option<SpindleHeight>,
     /// The work offset of the first complete point.
     pub(super) only_offset: Option<WorkOffset>,
     /// The unit in which the program counts, and its source.
@@ -135,7 +132,6 @@ impl Interpreter {
             axes: MachineAxes::of(machine),
             planes: PlaneAxes::of(machine).map(Arc::new),
             machine_coordinates: machine.machine_coordinates().cloned().map(Arc::new),
-            height: None,
             only_offset: None,
             program_unit: ProgramUnit::default(),
             line: 0,
@@ -332,7 +328,6 @@ impl Interpreter {
         if self.rules.counts_points {
             self.course.count_points(&self.block);
         }
-        self.check_height();
         let may_be_skipped = block.flags.has(BlockFlags::DELETE);
         match self.rules.tool_words {
             ToolWords::LengthByH => self.take_length_word(may_be_skipped),

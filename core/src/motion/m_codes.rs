@@ -15,7 +15,6 @@ impl Interpreter {
                 MFunction::Call => called = true,
                 MFunction::ToolChange => {
                     self.position.forget_linear();
-                    self.height = None;
                     self.modal.edge = None;
                 }
                 MFunction::KinematicsSwitch => {
@@ -25,7 +24,9 @@ impl Interpreter {
                 MFunction::MachineCoordinates => {
                     (self.this_block.machine_coordinates, self.this_block.from_machine_zero) = (true, true);
                 }
-                MFunction::OtherCoordinates => self.this_block.machine_coordinates = true,
+                MFunction::OtherCoordinates => {
+                    (self.this_block.machine_coordinates, self.this_block.from_other_zero) = (true, true);
+                }
                 MFunction::CycleCall => {
                     self.this_block.runs_cycle = true;
                     self.modal.macro_call = Some(false);

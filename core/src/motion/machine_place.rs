@@ -6,8 +6,9 @@
 
 use super::block_words::AXES;
 use super::interpreter::Interpreter;
+use super::meaning::MFunction;
 use super::modal::{MotionMode, ToolLength};
-use super::{CalledTool, Interpolation, Motion, MotionKind, Unfollowable};
+use super::{Interpolation, Motion, MotionKind, ToolKey, Unfollowable};
 use crate::program::{Address, Block, Code};
 
 /// Z, along the tool with every axis at zero.
@@ -21,18 +22,10 @@ const WORDS: u32 = AXES
     | Address::T.bit()
     | Address::D.bit()
     | Address::H.bit();
+const LINEAR: u32 = Address::X.bit() | Address::Y.bit() | Address::Z.bit();
 /// G28, and G30 with the number of the position in P.
 const FIRST_REFERENCE: Code = Code::G(280);
 const NUMBERED_REFERENCE: Code = Code::G(300);
-
-/// The height at which a motion in machine coordinates has left the spindle.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct SpindleHeight {
-    /// The word Z of the program there \[mm\], and Z of the program's zero in M.
-    word_mm: f64,
-    origin_mm: f64,
-    tool: CalledTool,
-}
 
 /// Where an axis of the program ends.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +54,11 @@ impl Interpreter {
         };
         let words = &self.block;
         let present = words.present;
+        let turns = present & (AXES & !LINEAR) != 0;
         let is_certain = self.this_block.from_machine_zero
+            && !self.this_block.from_other_zero
+            && !self.changes_tool()
+            && !(turns && (self.modal.shortest_path || self.modal.rotary_feed_in_mm))
             && reason.is_none()
             && present & AXES != 0
             && present & !WORDS == 0
@@ -95,7 +92,7 @@ impl Interpreter {
         block: &Block,
         motions: &mut Vec<Motion>,
     ) -> bool {
-        let Some(at) = self.reference_in_machine() else { return false };
+        let Some(at) = self.reference_in_machine().filter(|_| !self.changes_tool()) else { return false };
         let named = self.axes.all().map(|address| self.block.has(address));
         let mut targets = at;
         for (target, is_named) in targets.iter_mut().zip(named) {
@@ -131,7 +128,15 @@ impl Interpreter {
         if self.rules.has_no_length(&self.modal) {
             return Some(false);
         }
-        self.machine_coordinates.as_ref()?.length_counts
+        let counts = self.machine_coordinates.as_ref()?.length_counts?;
+        (!counts || self.rules.has_stated_length(&self.modal)).then_some(counts)
+    }
+
+    /// Whether words Z of the program place the gauge point, not the tip: no length is in force, on a machine whose
+    /// owner states where the gauge point stands.
+    #[inline]
+    pub(super) fn places_gauge_point(&self) -> bool {
+        self.machine_coordinates.is_some() && self.options.as_it_runs && self.rules.has_no_length(&self.modal)
     }
 
     /// The ends of the axes at these machine coordinates. `None` if the state of the control leaves open where they go.
@@ -189,9 +194,22 @@ impl Interpreter {
         Some(std::array::from_fn(|slot| offset_mm[slot] + program_mm[slot] + [x, y, z][slot]))
     }
 
-    /// The length of the tool in the spindle \[mm\].
+    /// Whether a tool is changed in the block: before its motion or after it.
+    fn changes_tool(&self) -> bool {
+        self.block.has_m(self.rules, MFunction::ToolChange)
+    }
+
+    /// The length of the tool in the spindle \[mm\]. It is not known if the program changes it or puts the length of
+    /// another tool in force.
     fn length_mm(&self) -> Option<f64> {
-        self.options.tool_lengths.of(self.modal.spindle.tool())
+        let tool = self.modal.spindle.tool();
+        let is_own = match (self.modal.length_number, tool.key()) {
+            (Some(number), Some(ToolKey::Number(own))) => {
+                number.abs() <= 0.0 || (number - f64::from(own)).abs() <= 0.0
+            }
+            _ => true,
+        };
+        self.options.tool_lengths.of(tool).filter(|_| is_own && !self.modal.writes_lengths)
     }
 
     /// Puts the axes at these words, and ends the motion there.
@@ -206,49 +224,8 @@ impl Interpreter {
         if ends[3..].iter().any(|end| !matches!(end, AxisEnd::Stays)) {
             self.position.forget_tool_axis();
         }
-        if !matches!(ends[Z], AxisEnd::Stays) {
-            self.note_height();
-        }
         motion.end = self.position.axis_words();
         motion.linear_end_mm = self.position.linear_mm();
         motion.in_machine = true;
-    }
-
-    /// Notes the height of the spindle.
-    fn note_height(&mut self) {
-        let stands = self.position.axes[Z].zip(self.origin_mm());
-        self.height = stands.map(|(word_mm, origin_mm)| SpindleHeight {
-            word_mm,
-            origin_mm: origin_mm[Z],
-            tool: self.modal.spindle.tool(),
-        });
-    }
-
-    /// At the start of a block: forgets the height if the axis has moved since.
-    #[inline]
-    pub(super) fn check_height(&mut self) {
-        if let Some(height) = self.height
-            && self.position.axes[Z] != Some(height.word_mm)
-        {
-            self.height = None;
-        }
-    }
-
-    /// Behind the codes of a block that moves by its axis words alone, and before its motion: a length in force or
-    /// another offset gives the same height another word. The height is that of the tip, so that it holds for one
-    /// tool.
-    #[cold]
-    pub(super) fn keep_height(&mut self) {
-        let Some(height) = self.height.take() else { return };
-        let is_clear = self.options.as_it_runs
-            && self.obstacle().is_none()
-            && self.modal.tool_length == Some(ToolLength::Plain)
-            && self.modal.turn.is_none()
-            && self.modal.spindle.tool() == height.tool;
-        let Some([.., origin_mm]) = self.origin_mm().filter(|_| is_clear) else { return };
-        let is_same = (origin_mm - height.origin_mm).abs() <= 0.0;
-        let word_mm = if is_same { height.word_mm } else { height.word_mm + height.origin_mm - origin_mm };
-        self.position.axes[Z] = Some(word_mm);
-        self.height = Some(SpindleHeight { word_mm, origin_mm, ..height });
     }
 }

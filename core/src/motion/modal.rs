@@ -117,6 +117,10 @@ pub(super) struct Modal {
     pub(super) edge: Option<f64>,
     /// The H number of the tool's length in ISO programs.
     pub(super) length_number: Option<f64>,
+    /// G49: no tool length is in force.
+    pub(super) has_no_length: bool,
+    /// The program changes lengths of tools: DL, G10.
+    pub(super) writes_lengths: bool,
     /// RNDM: the control rounds every corner.
     pub(super) rounds_corners: bool,
     /// ORIMKS: tool vectors are in machine coordinates.
@@ -178,6 +182,8 @@ impl Modal {
         tilt: None,
         edge: None,
         length_number: None,
+        has_no_length: false,
+        writes_lengths: false,
         rounds_corners: false,
         vectors_in_machine: false,
         relative_extruder: false,
@@ -214,7 +220,7 @@ impl Modal {
         self.spindle.pass_call();
         self.program_offset_mm = None;
         self.edge = None;
-        self.length_number = None;
+        (self.length_number, self.has_no_length) = (None, false);
         self.feed = ModalFeed::Unknown;
         self.cycle = Cycle::NONE;
         self.hole = None;
@@ -317,6 +323,8 @@ impl Modal {
             program_offset_mm,
             edge,
             length_number,
+            has_no_length,
+            writes_lengths,
             rounds_corners,
             vectors_in_machine,
             exact_stop,
@@ -355,6 +363,8 @@ impl Modal {
             tilt: same(self.tilt, skipped.tilt),
             edge: same(self.edge, skipped.edge),
             length_number: same(self.length_number, skipped.length_number),
+            has_no_length: self.has_no_length && skipped.has_no_length,
+            writes_lengths: self.writes_lengths || skipped.writes_lengths,
             rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,
             rounds_corners: self.rounds_corners || skipped.rounds_corners,
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,

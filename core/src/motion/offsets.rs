@@ -4,7 +4,7 @@ use super::WorkOffset;
 use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
-use super::modal::{ToolLength, Transformation};
+use super::modal::Transformation;
 use super::work_offset::OffsetCode;
 use crate::geometry::Turn;
 use crate::program::Address;
@@ -30,6 +30,7 @@ impl Interpreter {
             self.shift_offsets();
         } else {
             self.position.forget_linear();
+            self.modal.writes_lengths = true;
         }
     }
 
@@ -96,31 +97,12 @@ impl Interpreter {
             })
         };
         if is_stated(before) && is_stated(offset) {
-            self.carry_places(before, offset);
+            self.position.forget_linear();
         } else {
             self.position.forget_axes();
         }
         if !self.has_motions() {
             self.stand_at_start();
-        }
-    }
-
-    /// The words of the axes where they stand, from one stated offset to another. They are known only if the words are
-    /// positions of the axes, and only operations that read a program as it runs need them.
-    fn carry_places(&mut self, before: Option<WorkOffset>, offset: Option<WorkOffset>) {
-        let [from_mm, to_mm] = [before, offset].map(|offset| {
-            offset.and_then(|offset| self.options.work_offsets.of(offset, self.is_only_offset(offset)))
-        });
-        let is_clear = self.options.as_it_runs
-            && self.obstacle().is_none()
-            && self.modal.tool_length == Some(ToolLength::Plain)
-            && self.modal.turn.is_none();
-        let stood = self.position.axes;
-        self.position.forget_linear();
-        if let (true, Some(from_mm), Some(to_mm)) = (is_clear, from_mm, to_mm) {
-            for slot in 0..3 {
-                self.position.axes[slot] = stood[slot].map(|word_mm| word_mm + from_mm[slot] - to_mm[slot]);
-            }
         }
     }
 

@@ -48,6 +48,7 @@ impl Interpreter {
             && !self.corner_open
             && !self.has_point_arc()
             && !self.modal.shortest_path
+            && !self.places_gauge_point()
             && !self.modal.rotary_feed_in_mm
     }
 

@@ -155,6 +155,11 @@ impl Interpreter {
         {
             self.tools.names.push(name);
         }
+        if self.block.g_codes().contains(&Code::Keyword(Keyword::ToolCall)) {
+            // A difference of the length is not followed.
+            let states_difference = |two: &[u8]| two.eq_ignore_ascii_case(b"DL");
+            self.modal.writes_lengths |= batch.block_text(block).windows(2).any(states_difference);
+        }
     }
 
     /// The names by which tools were called so far, each once. Only the first 1000 are kept.

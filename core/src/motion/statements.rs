@@ -20,6 +20,8 @@ pub(super) struct ThisBlock {
     pub(super) machine_coordinates: bool,
     /// The block counts from the zero of the machine.
     pub(super) from_machine_zero: bool,
+    /// The block counts from another place, whatever else it says.
+    pub(super) from_other_zero: bool,
     /// A cycle runs where the block ends.
     pub(super) runs_cycle: bool,
     /// The defined cycle makes a hole where the block ends.
@@ -153,7 +155,6 @@ impl Interpreter {
             Statement::End => self.this_block.ends = true,
             Statement::ToolCall => {
                 self.position.forget_linear();
-                self.height = None;
                 self.modal.plane = Some(2);
                 self.transform(Transformation::ToolAxis, false);
             }

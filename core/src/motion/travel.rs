@@ -123,6 +123,13 @@ impl Interpreter {
         };
         // The machine's words for a vector can be found later, but nothing else can.
         let vector = Some(Unfollowable::ToolVector);
+        let reason = match reason {
+            None if self.block.has(Address::Z) && self.places_gauge_point() => {
+                self.position.axes[2] = None;
+                Some(mode_unknown(ModalGroup::ToolLength))
+            }
+            reason => reason,
+        };
         let obstacle = if is_turned { None } else { self.as_in_plane(self.obstacle()) };
         motion.unfollowable =
             reason.or(obstacle.filter(|_| obstacle != vector)).or(word_reason).or(on_circle);

@@ -151,7 +151,21 @@ impl MotionRules {
 
     /// Whether it is stated that no tool length is in force.
     pub(super) fn has_no_length(&self, modal: &super::modal::Modal) -> bool {
-        self.tool_words == ToolWords::EdgeByTAndD && modal.edge == Some(0.0)
+        match self.tool_words {
+            ToolWords::LengthByH => modal.has_no_length || modal.length_number == Some(0.0),
+            ToolWords::EdgeByTAndD => modal.edge == Some(0.0),
+            ToolWords::None => false,
+        }
+    }
+
+    /// Whether it is certain which tool length is in force: the text states it, or the tool call puts it in force.
+    pub(super) fn has_stated_length(&self, modal: &super::modal::Modal) -> bool {
+        match self.tool_words {
+            // The codes of lengths are many, and some count apart from the tool's own.
+            ToolWords::LengthByH => false,
+            ToolWords::EdgeByTAndD => modal.edge.is_some_and(|edge| edge > 0.0),
+            ToolWords::None => true,
+        }
     }
 
     /// The row of a dialect.
