@@ -132,11 +132,15 @@ impl Interpreter {
         (!counts || self.rules.has_stated_length(&self.modal)).then_some(counts)
     }
 
-    /// Whether words Z of the program place the gauge point, not the tip: no length is in force, on a machine whose
-    /// owner states where the gauge point stands.
+    /// Whether words Z of the program place the gauge point, not the tip: no length is in force, but one was before, on
+    /// a machine whose owner states where the gauge point stands. A program without lengths runs in a work offset of
+    /// its tool's tip.
     #[inline]
     pub(super) fn places_gauge_point(&self) -> bool {
-        self.machine_coordinates.is_some() && self.options.as_it_runs && self.rules.has_no_length(&self.modal)
+        self.machine_coordinates.is_some()
+            && self.options.as_it_runs
+            && self.modal.had_length
+            && self.rules.has_no_length(&self.modal)
     }
 
     /// The ends of the axes at these machine coordinates. `None` if the state of the control leaves open where they go.

@@ -117,6 +117,8 @@ pub(super) struct Modal {
     pub(super) edge: Option<f64>,
     /// The H number of the tool's length in ISO programs.
     pub(super) length_number: Option<f64>,
+    /// A tool length has been in force, so that the work offset is that of words with a length.
+    pub(super) had_length: bool,
     /// G49: no tool length is in force.
     pub(super) has_no_length: bool,
     /// The program changes lengths of tools: DL, G10.
@@ -182,6 +184,7 @@ impl Modal {
         tilt: None,
         edge: None,
         length_number: None,
+        had_length: false,
         has_no_length: false,
         writes_lengths: false,
         rounds_corners: false,
@@ -323,6 +326,7 @@ impl Modal {
             program_offset_mm,
             edge,
             length_number,
+            had_length,
             has_no_length,
             writes_lengths,
             rounds_corners,
@@ -363,6 +367,7 @@ impl Modal {
             tilt: same(self.tilt, skipped.tilt),
             edge: same(self.edge, skipped.edge),
             length_number: same(self.length_number, skipped.length_number),
+            had_length: self.had_length || skipped.had_length,
             has_no_length: self.has_no_length && skipped.has_no_length,
             writes_lengths: self.writes_lengths || skipped.writes_lengths,
             rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,

@@ -30,6 +30,7 @@ impl Interpreter {
                 self.position.forget_linear();
             }
             self.modal.edge = edge;
+            self.modal.had_length |= edge.is_some_and(|edge| edge > 0.0);
         }
         if may_be_skipped {
             self.modal.edge = None;

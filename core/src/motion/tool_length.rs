@@ -22,6 +22,7 @@ impl Interpreter {
             self.other_length();
         }
         self.modal.length_number = number.filter(|_| !may_be_skipped);
+        self.modal.had_length |= number.is_some_and(|number| number > 0.0);
     }
 
     /// Whether H is the number of a work offset.
