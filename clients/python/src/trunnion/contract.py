@@ -1593,7 +1593,7 @@ class CcParameters(TypedDict):
     """Largest allowed distance of the CC path from its line."""
     tool_length_mm: NotRequired[float]
     """
-    Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
     tool_number: NotRequired[int]
@@ -1619,10 +1619,7 @@ class CcParameters(TypedDict):
     used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
-    """
-    The origin for each work offset that the program names. In a query one parameter for each:
-    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
-    """
+    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class CcStep(TypedDict):
@@ -1798,7 +1795,7 @@ class InterpretationParameters(TypedDict):
     """Positions of the axes before the first block, as words in the program's first work offset."""
     tool_length_mm: NotRequired[float]
     """
-    Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
     tool_number: NotRequired[int]
@@ -1819,10 +1816,7 @@ class InterpretationParameters(TypedDict):
     used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
-    """
-    The origin for each work offset that the program names. In a query one parameter for each:
-    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
-    """
+    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class InterpretedMotion(TypedDict):
@@ -1935,6 +1929,17 @@ class LinearLimits(TypedDict):
     X: NotRequired[Pair | None]
     Y: NotRequired[Pair | None]
     Z: NotRequired[Pair | None]
+
+
+class MachineCoordinates(TypedDict):
+    """Where the control's machine coordinates count from."""
+
+    reference_positions: NotRequired[Sequence[Mapping[str, float]]]
+    """Machine coordinates of G28, then of G30 P2, P3 and P4, by axis letter: mm or degrees."""
+    tool_length_counts: NotRequired[bool | None]
+    """Whether the tool length in force counts in machine coordinates."""
+    zero_mm: Vector
+    """Place of the gauge point, with rotary axes at zero, when X Y Z stand at zero in machine coordinates."""
 
 
 class MatchingAnswer(TypedDict):
@@ -2234,7 +2239,7 @@ class ServoProgramParameters(TypedDict):
     """Positions of the axes before the first block, as words in the program's first work offset."""
     tool_length_mm: NotRequired[float]
     """
-    Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
     tool_number: NotRequired[int]
@@ -2255,10 +2260,7 @@ class ServoProgramParameters(TypedDict):
     used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
-    """
-    The origin for each work offset that the program names. In a query one parameter for each:
-    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
-    """
+    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class SetupError(TypedDict):
@@ -2453,7 +2455,7 @@ class VerificationParameters(TypedDict):
     """The cutter, as measured. If it is absent, the machine's tool table gives each section its cutter."""
     tool_length_mm: NotRequired[float]
     """
-    Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
     tool_number: NotRequired[int]
@@ -2474,10 +2476,7 @@ class VerificationParameters(TypedDict):
     used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
-    """
-    The origin for each work offset that the program names. In a query one parameter for each:
-    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
-    """
+    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class WearAdvice(TypedDict):
@@ -2691,7 +2690,7 @@ class WearParameters(TypedDict):
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
     tool_length_mm: NotRequired[float]
     """
-    Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
     tool_number: NotRequired[int]
@@ -2716,10 +2715,7 @@ class WearParameters(TypedDict):
     used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
-    """
-    The origin for each work offset that the program names. In a query one parameter for each:
-    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
-    """
+    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 WearStep = TypedDict(
@@ -2813,7 +2809,7 @@ class CompensationParameters(TypedDict):
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
     tool_length_mm: NotRequired[float]
     """
-    Length of the tool; it matters only for head axes. Zero is a valid answer. If it is absent,
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
     the machine's tool table is used.
     """
     tool_number: NotRequired[int]
@@ -2836,10 +2832,7 @@ class CompensationParameters(TypedDict):
     used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
-    """
-    The origin for each work offset that the program names. In a query one parameter for each:
-    `work_offsets_mm.G54`, and in the same way any other name, such as `work_offsets_mm.G54.1 P3`.
-    """
+    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class InverseAnswer(TypedDict):
@@ -2883,6 +2876,7 @@ class MachineDocument(TypedDict):
     """The control's interpolation period."""
     kinematics: Kinematics
     """Axes, travel and errors."""
+    machine_coordinates: NotRequired[MachineCoordinates | None]
     machine_id: str
     """The id that the client chose."""
     max_feed_mm_per_min: NotRequired[float | None]
@@ -2915,6 +2909,7 @@ class MachineProfile(TypedDict):
     """The control's interpolation period."""
     kinematics: Kinematics
     """Axes, travel and errors."""
+    machine_coordinates: NotRequired[MachineCoordinates | None]
     max_feed_mm_per_min: NotRequired[float | None]
     """Largest feed that a written F may ask for."""
     name: str
