@@ -187,15 +187,12 @@ struct Rows {
 async fn rows(session: &mut PgConnection, schema: i64, depth: &Depth) -> Result<Rows, Error> {
     let reads_all = depth.rows || depth.known_head.is_some();
     let mut notes = Vec::new();
-    let compared = match differences_or_none(session, schema, reads_all).await? {
-        Some(compared) => compared,
-        None => {
-            let note = "the schema was not compared with the migrations: the user may not make a schema in this \
-                        database, which GRANT CREATE ON DATABASE lets it";
-            notes.push(note.to_owned());
-            Vec::new()
-        }
-    };
+    let compared = differences_or_none(session, schema, reads_all).await?;
+    if compared.is_none() {
+        let note = "the schema was not compared with the migrations: the user may not make a schema in this \
+                    database, which GRANT CREATE ON DATABASE lets it";
+        notes.push(note.to_owned());
+    }
     // Everything is seen as it is at one moment.
     let mut transaction = session.begin_with(AT_ONE_MOMENT).await?;
     transaction.execute(WITHOUT_LIMITS).await?;
@@ -224,7 +221,9 @@ async fn rows(session: &mut PgConnection, schema: i64, depth: &Depth) -> Result<
     .await?;
     let deep = if reads_all {
         let mut deep = deep(&mut transaction, depth.known_head.as_ref()).await?;
-        compared.into_iter().for_each(|difference| deep.find(difference));
+        for difference in compared.unwrap_or_default() {
+            deep.find(difference);
+        }
         Some(Deep { rows: count, ..deep })
     } else {
         None

@@ -55,15 +55,21 @@ pub(super) async fn deep(connection: &mut PgConnection, known: Option<&AuditHead
              WHERE encode(sha256(convert_to({text}, 'UTF8')), 'hex') <> {sha256} LIMIT {MAX_FINDINGS}"
         ));
         let found: Vec<String> = sqlx::query_scalar(differs).fetch_all(&mut *connection).await?;
-        found.into_iter().for_each(|found| deep.find(found));
+        for finding in found {
+            deep.find(finding);
+        }
     }
     for contradiction in &CONTRADICTIONS {
         let found: Vec<String> = sqlx::query_scalar(contradiction.query).fetch_all(&mut *connection).await?;
-        found.into_iter().for_each(|found| deep.find(found));
+        for finding in found {
+            deep.find(finding);
+        }
     }
     let mut tx = Tx(On::Postgres(connection));
     let found = contradictions(&mut tx, &Pace::unbounded()).await?;
-    found.into_iter().for_each(|found| deep.find(found));
+    for finding in found {
+        deep.find(finding);
+    }
     deep.audit = Some(examine_chain(&mut tx, known).await?);
     Ok(deep)
 }
