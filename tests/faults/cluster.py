@@ -354,7 +354,7 @@ def everything_is_done_once(cluster, load, expected):
         state, came, made = line.split("|")
         assert state == "succeeded" and made == expected[came], line
     for id in cluster.long:
-        ended = cluster.services[0].job(id).document
+        ended = cluster.services[0].job(id)
         assert ended["state"] == "succeeded", ended
         assert psql(f"SELECT deaths + lone_deaths FROM jobs WHERE id = '{id}'") == "0", "an outage counts as a death"
     assert count("job_leases") == 0
