@@ -330,10 +330,7 @@ fn end_of(head: Option<&AuditHead>) -> String {
     head.map_or_else(|| "no entry".to_owned(), ToString::to_string)
 }
 
-/// Reads every row: a database with a finding is not sound.
-///
-/// # Errors
-/// The first finding.
+/// Reads every row. The first finding is an error: such a database is not sound.
 pub(super) async fn examined(database: &Path) -> Result<Examined, BackupFault> {
     let mut file = DatabaseFile::open(database).await?;
     if let Some(fault) = file.structural_faults().await?.into_iter().next() {

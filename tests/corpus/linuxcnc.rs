@@ -52,8 +52,9 @@ const LEFT_OUT: [(&str, &str); 11] = [
     ("value-returned/test.ngc", "calls of subprograms"),
 ];
 
-/// Canned cycles, of which a block's end is compared where it is told: not the axis that is drilled along, nothing
-/// behind repetitions, and nothing in G18 and G19, where some controls drill along Z. With how many are told.
+/// Canned cycles: the file, the axis that is drilled along, and how many ends of blocks are told. These ends are
+/// compared, except along that axis. No end is told after repetitions, and none in G18 and G19, where some controls drill
+/// along Z.
 const CYCLES: [(&str, char, usize); 6] = [
     ("g81/g17/g98/g17-g98-g81.ngc", 'Z', 3),
     ("g81/g17/g99/g17-g99-g81.ngc", 'Z', 3),

@@ -53,7 +53,7 @@ fn a_circle_counts_in_the_unit_of_its_points_whoever_states_it() {
             assert!((radius_mm - MM_PER_INCH).abs() < 1e-3 && tip.x < MM_PER_INCH + 1e-3, "{tip}");
         }
     }
-    // A circle that begins in one unit and ends in another is none.
+    // If the unit changes between a circle and its end, the arc is refused.
     let mixed = "FEDRAT/10,MMPM\nGOTO/2,0,0\nCIRCLE/1,0,0,0,0,1\nUNITS/INCHES\nFEDRAT/1,IPM\nGOTO/0,0,0\n";
     let refused = refusals(mixed);
     assert!(matches!(refused[..], [(4, NotPosted::Arc { .. }), ..]), "{refused:?}");

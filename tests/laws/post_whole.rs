@@ -63,7 +63,7 @@ fn each_tool_is_put_in_with_its_length_and_comes_near_as_the_first_one_did() {
     wanted.extend(["G1 X8.0000 Y0.0000 Z2.0000 A0.0000 C0.0000 F70.0", "G49"].map(str::to_owned));
     assert_eq!(blocks(&output), wanted, "{output}");
     assert_eq!((report.tool_changes, report.points), (2, 5));
-    // G49 moves the tool on some controls, so the operator is told before it.
+    // On some controls G49 moves the tool. A comment before it tells the operator.
     let told = "(G49 CAN MOVE THE TOOL BY ITS LENGTH. IT MUST BE CLEAR OF THE PART)\nG49\n";
     assert_eq!(output.matches(told).count(), output.matches("\nG49\n").count());
     // In the other form, inverse time ends before the change.
@@ -96,7 +96,7 @@ fn what_holds_for_one_tool_is_not_taken_for_several() {
 fn a_spindle_that_nobody_started_again_cuts_nothing() {
     let text = TWO_TOOLS.replace("SPINDL/500,CLW\n", "");
     assert_eq!(refusals(&with_changes(), &text), [(14, NotPosted::SpindleStands)]);
-    // The first tool is put in by M6 too, and a start before M6 is none.
+    // M6 puts in the first tool too, and stops a spindle that was started before it.
     let text = text.replace("SPINDL/900,CLW\n", "");
     let stands = [(5, NotPosted::SpindleStands), (13, NotPosted::SpindleStands)];
     assert_eq!(refusals(&with_changes(), &text), stands);

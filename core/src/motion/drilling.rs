@@ -7,7 +7,7 @@
 use super::block_words::AXES;
 use super::cycle::{Retract, Stroke};
 use super::interpreter::Interpreter;
-use super::modal::ToolLength;
+use super::modal::{ACROSS_G17, ToolLength};
 use super::tilted_plane::place_in;
 use super::{FeedMode, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block};
@@ -21,8 +21,6 @@ struct Levels {
     end_mm: f64,
 }
 
-/// Z, across G17. In G18 and G19 some controls drill along Z all the same.
-const ACROSS_G17: u8 = 2;
 /// The most repetitions of a cycle.
 const MAX_TIMES: f64 = 999.0;
 /// Most strokes of a program's cycles in addition to one for each block: repetitions and pecks. A few bytes could ask
@@ -64,6 +62,7 @@ impl Interpreter {
         let Some(plane) = self.modal.plane.filter(|_| cycles.is_some()) else { return false };
         self.take_cycle_words(plane);
         let levels = self.levels(plane);
+        // In G18 and G19 some controls drill along Z all the same.
         let is_followed = reason.is_none()
             && plane == ACROSS_G17
             && (self.obstacle().is_none() || self.plane_in_force().is_some())

@@ -7,13 +7,12 @@
 use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::MFunction;
-use super::modal::{MotionMode, ToolLength};
+use super::modal::{ACROSS_G17, MotionMode, ToolLength};
 use super::{Interpolation, Motion, MotionKind, ToolKey, Unfollowable};
 use crate::program::{Address, Block, Code};
 
 /// Z, along the tool with every axis at zero.
 const Z: usize = 2;
-const ACROSS_G17: u8 = 2;
 /// Words that a block in machine coordinates may have besides its codes.
 const WORDS: u32 = AXES
     | Address::F.bit()
@@ -92,14 +91,15 @@ impl Interpreter {
         block: &Block,
         motions: &mut Vec<Motion>,
     ) -> bool {
-        let Some(at) = self.reference_in_machine().filter(|_| !self.changes_tool()) else { return false };
-        let named = self.axes.all().map(|address| self.block.has(address));
-        let mut targets = at;
-        for (target, is_named) in targets.iter_mut().zip(named) {
-            *target = target.filter(|_| is_named);
-        }
-        if named.into_iter().zip(targets).any(|(is_named, target)| is_named && target.is_none()) {
+        let Some(mut targets) = self.reference_in_machine().filter(|_| !self.changes_tool()) else {
             return false;
+        };
+        for (target, address) in targets.iter_mut().zip(self.axes.all()) {
+            let is_named = self.block.has(address);
+            if is_named && target.is_none() {
+                return false;
+            }
+            *target = target.filter(|_| is_named);
         }
         let Some(ends) = self.words_in_machine(targets, Some(false)) else { return false };
         let mut motion = self.motion_shell(index, block, MotionKind::Rapid);
@@ -113,14 +113,15 @@ impl Interpreter {
     fn reference_in_machine(&self) -> Option<[Option<f64>; 5]> {
         let references = &self.machine_coordinates.as_ref()?.references;
         let codes = self.block.g_codes();
-        let place = match (codes.contains(&FIRST_REFERENCE), codes.contains(&NUMBERED_REFERENCE)) {
-            (true, false) => 0,
-            (false, true) if self.block.has(Address::P) => self.number_of(Address::P)?.checked_sub(1)?,
-            (false, true) => 1,
+        let number = match (codes.contains(&FIRST_REFERENCE), codes.contains(&NUMBERED_REFERENCE)) {
+            (true, false) => 1,
+            (false, true) if self.block.has(Address::P) => {
+                self.number_of(Address::P).filter(|number| *number >= 2)?
+            }
+            (false, true) => 2,
             _ => return None,
         };
-        let is_numbered = place > 0 || codes.contains(&FIRST_REFERENCE);
-        references.get(usize::from(place)).copied().filter(|_| is_numbered)
+        references.get(usize::from(number) - 1).copied()
     }
 
     /// Whether Z in machine coordinates places the tip. `None` if this is not known.

@@ -65,6 +65,8 @@ pub(super) enum Transformation {
     SetupError,
 }
 
+/// The axis across G17: Z.
+pub(super) const ACROSS_G17: u8 = 2;
 /// How many transformations there are.
 const TRANSFORMATIONS: usize = 17;
 

@@ -29,7 +29,8 @@ pub fn off_circle_mm(radius_mm: f64, unit_mm: f64) -> f64 {
     OFF_CIRCLE_MM.max(OFF_CIRCLE_SHARE * radius_mm).max(ROUNDED_ENDS * unit_mm)
 }
 
-/// The last decimal of points with so many decimals \[mm\]. Whole numbers are not rounded to millimetres.
+/// The value of one step of the last decimal of points with this number of decimals \[mm\]. Points without decimals
+/// count as points with three.
 #[must_use]
 pub fn last_decimal_mm(mm_per_unit: f64, decimals: u8) -> f64 {
     let decimals = if decimals == 0 { WHOLE_NUMBERS_DECIMALS } else { i32::from(decimals) };

@@ -463,39 +463,3 @@ fn a_return_is_one_opaque_motion_of_unknown_ends() {
     assert_eq!(motions[1].unfollowable, Some(Unfollowable::Return));
     assert_eq!((motions[1].feed.value, motions[1].feed.word_in_block), (Some(100.0), false));
 }
-
-#[test]
-fn a_user_code_that_switches_the_kinematics_needs_the_interpolation_stated() {
-    const SWITCHED: Option<Unfollowable> = Some(Unfollowable::KinematicsSwitched);
-    let stated =
-        InterpreterOptions { interpolation: Some(Interpolation::Tcp), ..InterpreterOptions::in_mm() };
-    for code in [
-        "M428",
-        "M429",
-        "M430",
-        "/M428",
-        "G43 H1 M428",
-        "M428\nG43 H1\nG90 G21 G54",
-        "M429\nM98 P1\nG0 G90 G21 G94 G40 G43 G69 G54",
-    ] {
-        let text = format!("G1 X0 Y0 Z0 A0 C0 F1\n{code}\nG1 X1 Y1 Z1 A1 C1\nX2\n");
-        let motions = run(&text);
-        let [.., first, last] = motions.as_slice() else { panic!("{code}") };
-        assert_eq!(
-            (motions[0].unfollowable, first.unfollowable, last.unfollowable),
-            (None, SWITCHED, SWITCHED),
-            "{code}"
-        );
-        let (motions, _) = run_with(&text, stated.clone());
-        let [.., first, last] = motions.as_slice() else { panic!("{code}") };
-        assert_eq!((first.start, first.unfollowable, last.unfollowable), (None, None, None), "{code}");
-        assert!(last.start.is_some(), "{code}");
-    }
-    for (code, interpolation) in [("G43.4 H1", Interpolation::Tcp), ("G49", Interpolation::Machine)] {
-        let motions = run_from_zero(&format!("M428\nG1 X1 Y1 Z1 F1\n{code}\nX1 Y1 Z1\nX2\n"));
-        assert_eq!((motions[0].unfollowable, motions[2].unfollowable), (SWITCHED, None), "{code}");
-        assert_eq!(motions[2].interpolation, interpolation);
-    }
-    assert_eq!(run_from_zero("M428\n/G49\nG1 X1\n")[0].unfollowable, SWITCHED);
-    assert_eq!(run_from_zero("M427 M431\nG1 X1\n")[0].unfollowable, None);
-}

@@ -5,7 +5,7 @@
 
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
-use super::modal::{Modal, ToolLength, Transformation};
+use super::modal::{ACROSS_G17, Modal, ToolLength, Transformation};
 use super::plane::{Offsets, Standing, TiltedPlane};
 use super::travel::{CONTACTS, VECTORS};
 use super::{AxisWords, Interpolation, Motion, MotionKind, Unfollowable};
@@ -15,8 +15,6 @@ use crate::program::{Address, Batch, Block, FreeAxisWord, PlaneDirections, Plane
 
 /// The transformations that are planes.
 const PLANES: [Transformation; 2] = [Transformation::Tilt, Transformation::Swivel];
-/// Perpendicular to G17.
-const Z: u8 = 2;
 
 impl Modal {
     /// Everything that decides where the zero of the program is.
@@ -60,7 +58,8 @@ impl Interpreter {
         let stated = (batch.dialect().rules().plane())(batch, block)?;
         let is_level = self.modal.offsets().program_offset_mm == Some([0.0; 3]);
         let is_first = stated.replaces || !before.is_tilted();
-        (is_level && is_first && self.modal.plane == Some(Z) && self.modal.is_tilted()).then_some(stated)
+        (is_level && is_first && self.modal.plane == Some(ACROSS_G17) && self.modal.is_tilted())
+            .then_some(stated)
     }
 
     /// The end of a block that has defined this plane. `stood_deg` are the words of the rotary axes before it.

@@ -2,7 +2,7 @@
 
 use super::block_words::AXES;
 use super::interpreter::Interpreter;
-use super::modal::{MotionMode, ToolLength};
+use super::modal::{ACROSS_G17, MotionMode, ToolLength};
 use super::motion_shell::most_decimals;
 use super::{AxisWords, ContactWords, Extra, Interpolation, ModalGroup, Motion, MotionKind, Unfollowable};
 use crate::program::{Address, Block};
@@ -361,7 +361,7 @@ impl Interpreter {
         self.take_other_words();
         // In G18 and G19 some controls drill along Z, others across the plane.
         match self.modal.plane.filter(|_| certain) {
-            Some(2) => self.position.axes[2] = None,
+            Some(ACROSS_G17) => self.position.axes[2] = None,
             _ => self.position.forget_linear(),
         }
     }

@@ -47,7 +47,7 @@ impl WrittenCircle {
     /// The circle with lengths in program units of `mm_per_unit`.
     ///
     /// # Errors
-    /// Why there is none.
+    /// `TIMES` is stated, or the axis has no direction.
     pub(super) fn circle(&self, mm_per_unit: f64) -> Result<Circle, NotPosted> {
         if self.has_turns {
             let why = "its CIRCLE states TIMES, and systems differ on the turns that it counts: write the helix as \

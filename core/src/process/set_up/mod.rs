@@ -4,6 +4,7 @@ mod contact_source;
 mod cost_budget;
 mod program_setup;
 mod set_ups;
+mod spindle_lengths;
 mod tool_calls;
 mod tool_table;
 mod tool_vectors;

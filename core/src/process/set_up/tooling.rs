@@ -149,30 +149,6 @@ impl Tools {
         Ok(Self { by_section: Some(Arc::new(tooling)), lengths, ..self.clone() })
     }
 
-    /// The lengths of tools where the height of the spindle depends on them. The stated length is that of the tool
-    /// with the stated number, or of the only tool that cuts. It holds for no other tool.
-    fn lengths_in_spindle(&self, at_work: &ToolsAtWork) -> ToolLengths {
-        let own = Self { length: None, ..self.clone() };
-        let of = |given: &Self, key: Option<ToolKey>| {
-            ToolUsed::of(given, None, key.and_then(|key| self.table.find(key))).length.map(Length::mm)
-        };
-        let by_key_mm = self.table.keys().filter_map(|key| Some((key, of(&own, Some(key))?))).collect();
-        let only = match (self.number, at_work.tools.as_slice()) {
-            (Some(number), []) => {
-                let key = ToolKey::Number(number);
-                Some((CalledTool::NotCalled, Some(key)))
-            }
-            (Some(number), _) => {
-                let key = ToolKey::Number(number);
-                Some((CalledTool::Changed(key), Some(key)))
-            }
-            (None, [only]) => Some((*only, only.key())),
-            (None, _) => None,
-        };
-        let only = only.and_then(|(tool, key)| Some((tool, of(self, key)?)));
-        ToolLengths { by_key_mm, only, by_t: by_t(at_work) }
-    }
-
     /// The lengths of tools where the height of the spindle depends on them.
     pub(super) fn lengths(&self) -> Arc<ToolLengths> {
         Arc::clone(&self.lengths)
@@ -192,7 +168,7 @@ impl Tools {
 }
 
 impl ToolUsed {
-    fn of(given: &Tools, stated: Option<Tool>, listed: Option<(usize, &ListedTool)>) -> Self {
+    pub(super) fn of(given: &Tools, stated: Option<Tool>, listed: Option<(usize, &ListedTool)>) -> Self {
         let tool = listed.map(|(_, tool)| tool);
         let nominal = tool.and_then(|tool| tool.cutter).filter(|_| stated.is_none());
         let length = tool.and_then(|tool| tool.length).filter(|_| given.length.is_none());
@@ -463,7 +439,7 @@ fn not_put_in(at_work: &ToolsAtWork, tools: &[CalledTool]) -> ToolUnknown {
 }
 
 /// Whether a T word alone changes tools, because nothing else in the program could.
-fn by_t(at_work: &ToolsAtWork) -> bool {
+pub(super) fn by_t(at_work: &ToolsAtWork) -> bool {
     !at_work.has_changer && !at_work.has_calls
 }
 
