@@ -7,7 +7,7 @@ SHELL ["/bin/bash", "-o", "pipefail", "-c"]
 RUN apt-get update && apt-get install --yes --no-install-recommends gcc libc6-dev && rm -rf /var/lib/apt/lists/*
 WORKDIR /build
 # The image's own compiler is the pinned one; without its name the toolchain file would ask for more components.
-ENV SQLX_OFFLINE=true RUSTUP_TOOLCHAIN=1.95.0
+ENV RUSTUP_TOOLCHAIN=1.95.0
 COPY Cargo.toml Cargo.lock ./
 COPY core/Cargo.toml core/
 # Macros that every build needs; they seldom change.
@@ -23,7 +23,6 @@ FROM manifests AS build
 RUN cargo build --locked --profile dist --features otlp,scale-out --bin trunnion && rm -r src core/src build.rs
 # Only what is compiled in (`tests/api/deploy.rs`).
 COPY build.rs ./
-COPY .sqlx .sqlx
 COPY migrations migrations
 COPY migrations-postgres migrations-postgres
 COPY openapi openapi

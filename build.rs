@@ -1,5 +1,5 @@
-//! Compresses what the binary serves as it is: the description of the interface, the files of its pages, and the page.
-//! Builds again when a migration or a checked statement changes: they are compiled into the binary.
+//! Puts files into the binary. What it serves as it is (the description of the interface, the files of its pages, the
+//! page) is compressed. The migrations of the database are lists of names and texts.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -27,15 +27,21 @@ const DOCS: [&str; 6] = [
 /// The page as `page/build.mjs` made it. It is committed, so that a build needs no Node.
 const PAGE: &str = "page/dist";
 
+/// The folders of migrations, one for each database.
+const MIGRATIONS: [&str; 2] = ["migrations", "migrations-postgres"];
+
 fn main() -> Result<(), Box<dyn Error>> {
-    for changed in ["build.rs", ".sqlx", "migrations", "migrations-postgres", DESCRIPTION, PAGE] {
+    for changed in ["build.rs", DESCRIPTION, PAGE].into_iter().chain(MIGRATIONS) {
         println!("cargo:rerun-if-changed={changed}");
     }
-    // Set by `.ci/prepare` alone.
-    println!("cargo:rustc-check-cfg=cfg(prepare_sqlite, prepare_postgres)");
+    // Set by `.ci/statements` alone.
+    println!("cargo:rustc-check-cfg=cfg(check_sqlite, check_postgres)");
     let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("cargo gives no OUT_DIR")?);
     compress(File::open(DESCRIPTION)?, &out.join("trunnion.json.gz"))?;
     embed_page(&out)?;
+    for folder in MIGRATIONS {
+        embed_migrations(folder, &out)?;
+    }
     let mut archive = ZipArchive::new(Cursor::new(SWAGGER_UI_VENDORED))?;
     let mut found = 0;
     for index in 0..archive.len() {
@@ -54,6 +60,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     if found == DOCS.len() { Ok(()) } else { Err("the archive of the pages lacks a file".into()) }
+}
+
+/// Writes the list of the migrations in a folder, in their order, for `src/store/migrations.rs`.
+fn embed_migrations(folder: &str, out: &Path) -> Result<(), Box<dyn Error>> {
+    let mut files = std::fs::read_dir(folder)?
+        .map(|entry| Ok(std::path::absolute(entry?.path())?))
+        .collect::<Result<Vec<_>, Box<dyn Error>>>()?;
+    files.sort();
+    let mut list = "&[\n".to_owned();
+    for file in files {
+        let name = file.file_stem().and_then(|name| name.to_str()).ok_or("a migration has no name")?;
+        let path = file.to_str().ok_or("the path of a migration is no text")?;
+        writeln!(list, "    ({name:?}, include_str!({path:?})),")?;
+    }
+    list.push_str("]\n");
+    std::fs::write(out.join(format!("{folder}.rs")), list)?;
+    Ok(())
 }
 
 /// Compresses the files of the page, and writes the table that names them for `src/http/page.rs`.

@@ -6,10 +6,8 @@ mod database_address;
 mod environment;
 
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use figment::Figment;
-use figment::providers::{Format, Serialized, Toml};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -23,7 +21,7 @@ macro_rules! settings {
     ($($(#[doc = $doc:literal])+ $name:ident: $type:ty = $default:expr, $env:literal $(, [$($arg:tt)+])?;)+) => {
         /// The service's settings, complete.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-        #[serde(deny_unknown_fields)]
+        #[serde(default, deny_unknown_fields)]
         pub struct Settings {
             $($(#[doc = $doc])+ pub $name: $type,)+
         }
@@ -36,14 +34,31 @@ macro_rules! settings {
 
         /// Settings of the command line or the environment; absent settings come from the file or the
         /// defaults.
-        #[derive(Debug, Clone, Default, Serialize, clap::Args)]
+        #[derive(Debug, Clone, Default, clap::Args)]
         pub struct Flags {
             $(
                 $(#[doc = $doc])+
                 #[arg(long, env = $env, global = true $(, $($arg)+)?)]
-                #[serde(skip_serializing_if = "Option::is_none")]
                 pub $name: Option<$type>,
             )+
+        }
+
+        impl Flags {
+            /// These settings with those of the command line and the environment in their places.
+            fn over(&self, mut settings: Settings) -> Settings {
+                $(if let Some(given) = &self.$name {
+                    settings.$name.clone_from(given);
+                })+
+                settings
+            }
+
+            /// Whether the command line or the environment gives this setting.
+            fn give(&self, name: &str) -> bool {
+                match name {
+                    $(stringify!($name) => self.$name.is_some(),)+
+                    _ => false,
+                }
+            }
         }
 
         /// Name of each setting and of its environment variable.
@@ -236,9 +251,24 @@ pub enum Origin {
 /// Why the settings cannot be used.
 #[derive(Debug, Error)]
 pub enum ConfigFault {
-    /// A file that cannot be read, an unknown name or a value of the wrong type.
-    #[error("the settings cannot be read: {0}")]
-    Unreadable(#[from] Box<figment::Error>),
+    /// A file that cannot be read.
+    #[error("the settings file {path} cannot be read: {source}")]
+    Unreadable {
+        /// The given path.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A file that is not TOML, an unknown name or a value of the wrong type.
+    #[error("line {line} of the settings file {path}: {what}")]
+    NotSettings {
+        /// The given path.
+        path: PathBuf,
+        /// The line.
+        line: usize,
+        /// What is wrong, without the text of the line: it may have a password.
+        what: String,
+    },
     /// The named settings file does not exist.
     #[error("there is no settings file {path}")]
     NoFile {
@@ -294,6 +324,20 @@ pub enum ConfigFault {
     },
 }
 
+/// Reads a settings file.
+fn read_file<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigFault> {
+    if !path.is_file() {
+        return Err(ConfigFault::NoFile { path: path.to_owned() });
+    }
+    let text = std::fs::read_to_string(path)
+        .map_err(|source| ConfigFault::Unreadable { path: path.to_owned(), source })?;
+    toml::from_str(&text).map_err(|fault| {
+        let before = fault.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        ConfigFault::NotSettings { path: path.to_owned(), line, what: fault.message().to_owned() }
+    })
+}
+
 impl Settings {
     /// Joins the settings: flags and environment override the optional TOML `file`, which overrides the
     /// defaults.
@@ -301,20 +345,13 @@ impl Settings {
     /// # Errors
     /// The file is missing or does not parse, it contains an unknown name, or a value is out of its range.
     pub fn load(flags: &Flags, file: Option<&PathBuf>) -> Result<Self, ConfigFault> {
-        let settings: Self = Self::layers(flags, file)?.extract().map_err(Box::new)?;
+        let of_file = match file {
+            Some(path) => read_file(path)?,
+            None => Self::default(),
+        };
+        let settings = flags.over(of_file);
         settings.check()?;
         Ok(settings)
-    }
-
-    fn layers(flags: &Flags, file: Option<&PathBuf>) -> Result<Figment, ConfigFault> {
-        let mut layers = Figment::from(Serialized::defaults(Self::default()));
-        if let Some(path) = file {
-            if !path.is_file() {
-                return Err(ConfigFault::NoFile { path: path.clone() });
-            }
-            layers = layers.merge(Toml::file_exact(path));
-        }
-        Ok(layers.merge(Serialized::defaults(flags)))
     }
 
     /// Every setting with its value and its origin, in the order of the names.
@@ -326,21 +363,17 @@ impl Settings {
         file: Option<&PathBuf>,
     ) -> Result<Vec<(&'static str, serde_json::Value, Origin)>, ConfigFault> {
         let settings = Self::load(flags, file)?;
-        let layers = Self::layers(flags, file)?;
-        let given = Figment::from(Serialized::defaults(flags));
+        let in_file: toml::Table = file.map(|path| read_file(path)).transpose()?.unwrap_or_default();
         // Numbers and words can always be printed.
         let mut values = serde_json::to_value(&settings).unwrap_or_default();
         if let (Some(address), Some(members)) = (&settings.database, values.as_object_mut()) {
             members.insert("database".to_owned(), address.to_string().into());
         }
         let with_origin = |(name, variable): &(&'static str, &'static str)| {
-            let metadata = layers.find_metadata(name);
-            let origin = if given.contains(name) {
-                Origin::FlagOrEnvironment { variable }
-            } else if let Some(path) = metadata.and_then(|found| found.source.as_ref()?.file_path()) {
-                Origin::File { path: path.to_owned() }
-            } else {
-                Origin::Default
+            let origin = match file {
+                _ if flags.give(name) => Origin::FlagOrEnvironment { variable },
+                Some(path) if in_file.contains_key(*name) => Origin::File { path: path.clone() },
+                _ => Origin::Default,
             };
             (*name, values.get(name).cloned().unwrap_or_default(), origin)
         };

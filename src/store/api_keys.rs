@@ -28,6 +28,17 @@ struct StoredKey {
     revoked_at: Option<String>,
     last_used_at: Option<String>,
 }
+row!(StoredKey {
+    id,
+    secret_sha256,
+    name,
+    scopes,
+    machines,
+    created_at,
+    expires_at,
+    revoked_at,
+    last_used_at
+});
 
 /// A key in a list.
 struct ListedKey {
@@ -42,12 +53,25 @@ struct ListedKey {
     revoked_at: Option<String>,
     last_used_at: Option<String>,
 }
+row!(ListedKey {
+    seq,
+    id,
+    secret_sha256,
+    name,
+    scopes,
+    machines,
+    created_at,
+    expires_at,
+    revoked_at,
+    last_used_at
+});
 
 /// The key that a request has created.
 struct KeyOfRequest {
     id: String,
     fingerprint: Option<String>,
 }
+row!(KeyOfRequest { id, fingerprint });
 
 impl StoredKey {
     fn read(self) -> Result<ApiKeyRow, StoreError> {

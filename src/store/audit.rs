@@ -74,6 +74,21 @@ struct StoredEntry {
     revision_after: Option<i64>,
     sha256: Option<String>,
 }
+row!(StoredEntry {
+    seq,
+    at,
+    origin,
+    key_id,
+    action,
+    method,
+    route,
+    request_id,
+    machine_id,
+    resource,
+    revision_before,
+    revision_after,
+    sha256
+});
 
 /// Writes a change into the log, inside the transaction that makes it, and chains it to the entry before it.
 pub(super) async fn audit(tx: &mut Tx<'_>, actor: &Actor, change: Change<'_>) -> Result<(), sqlx::Error> {

@@ -131,6 +131,21 @@ pub(super) struct ChainedEntry {
     /// The stored digest.
     pub(super) sha256: Option<Sha256Hex>,
 }
+row!(ChainedEntry {
+    seq,
+    at,
+    origin,
+    key_id,
+    action,
+    method,
+    route,
+    request_id,
+    machine_id,
+    resource,
+    revision_before,
+    revision_after,
+    sha256
+});
 
 impl ChainedEntry {
     /// The digest of this entry after an entry with the digest `previous`.
@@ -161,6 +176,7 @@ pub(super) struct StoredHead {
     pub(super) seq: i64,
     pub(super) sha256: Option<Sha256Hex>,
 }
+row!(StoredHead { seq, sha256 });
 
 /// Number and digest of the last entry.
 pub(super) async fn last_entry(tx: &mut Tx<'_>) -> Result<Option<StoredHead>, sqlx::Error> {

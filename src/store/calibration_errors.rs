@@ -53,6 +53,7 @@ struct StoredRun {
     seq: i64,
     document: String,
 }
+row!(StoredRun { seq, document });
 
 /// The row of a trend.
 struct StoredError {
@@ -60,6 +61,7 @@ struct StoredError {
     standard_uncertainty: Option<f64>,
     identifiable: i64,
 }
+row!(StoredError { value, standard_uncertainty, identifiable });
 
 /// The runs whose rows contradict their document, in words. A document that cannot be read is left out: its digest
 /// shows the damage.

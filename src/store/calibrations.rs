@@ -74,6 +74,7 @@ pub struct CalibrationUse {
     /// The key of the request; `None` if the service needed none.
     pub key_id: Option<String>,
 }
+row!(CalibrationUse { revision, at, key_id });
 
 /// The newest measurement of one machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +86,7 @@ pub struct CalibrationAge {
     /// The period that the current profile states.
     pub due_days: Option<f64>,
 }
+row!(CalibrationAge { machine_id, measured_at, due_days });
 
 /// A run in a list, without its readings.
 struct ListedCalibration {
@@ -93,6 +95,7 @@ struct ListedCalibration {
     document: String,
     document_sha256: String,
 }
+row!(ListedCalibration { seq, id, document, document_sha256 });
 
 /// One error of a run.
 struct StoredTrendPoint {
@@ -103,6 +106,14 @@ struct StoredTrendPoint {
     standard_uncertainty: Option<f64>,
     identifiable: i64,
 }
+row!(StoredTrendPoint {
+    calibration_id,
+    measured_at,
+    machine_revision,
+    value,
+    standard_uncertainty,
+    identifiable
+});
 
 struct StoredCalibration {
     id: String,
@@ -111,6 +122,7 @@ struct StoredCalibration {
     run: String,
     run_sha256: String,
 }
+row!(StoredCalibration { id, document, document_sha256, run, run_sha256 });
 
 impl StoredCalibration {
     fn read(self, store: &Store) -> Result<CalibrationRow, StoreError> {
@@ -230,7 +242,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn applied_calibrations(&self, machine_id: &str) -> Result<BTreeSet<String>, StoreError> {
-        let rows = sql!(
+        let rows: Vec<Option<String>> = sql!(
             self.db,
             all(_),
             "SELECT DISTINCT calibration_id FROM machine_revisions
@@ -316,7 +328,7 @@ impl Store {
             .write("storing a calibration", |tx| {
                 Box::pin(async move {
                     let kind = document.kind.as_str();
-                    let seq = sql!(
+                    let seq: i64 = sql!(
                         tx,
                         one(_),
                         "INSERT INTO calibrations (id, machine_id, machine_revision, kind, measured_at, created_at,

@@ -247,7 +247,8 @@ impl Store {
     /// # Errors
     /// It does not.
     pub async fn check(&self) -> Result<(), StoreError> {
-        sql!(self.db, one(_), "SELECT CAST(1 AS BIGINT) AS \"one!\"").doing("checking the database")?;
+        let _one: i64 =
+            sql!(self.db, one(_), "SELECT CAST(1 AS BIGINT) AS \"one!\"").doing("checking the database")?;
         Ok(())
     }
 

@@ -8,6 +8,7 @@ use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection};
 use sqlx::{AssertSqlSafe, ConnectOptions, Connection};
 
 use super::error::Doing;
+use super::migrations::{newest, of_sqlite};
 use super::{Sha256Hex, StoreError};
 
 /// Columns of jobs that name files; older schemas have fewer of them.
@@ -214,5 +215,5 @@ pub(super) async fn newest_migration(connection: &mut SqliteConnection) -> Resul
 /// The schema that this version makes.
 #[must_use]
 pub fn own_schema() -> i64 {
-    sqlx::migrate!().iter().map(|migration| migration.version).max().unwrap_or_default()
+    newest(&of_sqlite())
 }

@@ -12,6 +12,7 @@ use tokio::sync::OnceCell;
 use super::audit_chain::examine_chain;
 use super::calibration_errors::contradictions;
 use super::error::Doing;
+use super::migrations::of_sqlite;
 use super::sql::{On, Tx};
 use super::{AuditChain, AuditHead, DatabaseFile, Pace, StoreError, own_schema, sha256_hex};
 
@@ -204,7 +205,7 @@ static OWN: OnceCell<Schema> = OnceCell::const_new();
 async fn schema_made(version: i64) -> Result<Schema, StoreError> {
     let doing = "creating a database for comparison";
     let mut fresh = SqliteConnection::connect("sqlite::memory:").await.doing(doing)?;
-    for migration in sqlx::migrate!().iter().filter(|migration| migration.version <= version) {
+    for migration in of_sqlite().iter().filter(|migration| migration.version <= version) {
         sqlx::raw_sql(migration.sql.clone()).execute(&mut fresh).await.doing(doing)?;
     }
     let made = schema_of(&mut fresh).await?;

@@ -18,6 +18,7 @@ pub struct DueDelivery {
     /// Host and port of the receiver.
     pub receiver: String,
 }
+row!(DueDelivery { job_id, receiver });
 
 /// State of a delivery.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,6 +65,7 @@ pub struct DeliveriesWaiting {
     /// End of the job with the oldest one.
     pub oldest: Option<String>,
 }
+row!(DeliveriesWaiting { count, oldest });
 
 /// Jobs and receivers to leave out: those that are being delivered, and receivers that have reached their limit.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -81,6 +83,7 @@ struct StoredDelivery {
     attempts: i64,
     due_at: Option<String>,
 }
+row!(StoredDelivery { receiver, state, round, attempts, due_at });
 
 struct StoredAttempt {
     seq: i64,
@@ -90,6 +93,7 @@ struct StoredAttempt {
     outcome: String,
     detail: String,
 }
+row!(StoredAttempt { seq, started_at, duration_ms, status, outcome, detail });
 
 impl Store {
     /// The due webhooks, those that have waited longest first. A webhook is due at `now` or before, or if its time is
@@ -314,7 +318,8 @@ impl Store {
                         return Ok(false);
                     }
                     keep_key(tx, used.as_ref(), Answer::Job(&id), &now).await?;
-                    let machine_id = sql!(tx, optional(_), "SELECT machine_id FROM jobs WHERE id = $1", id)?;
+                    let machine_id: Option<String> =
+                        sql!(tx, optional(_), "SELECT machine_id FROM jobs WHERE id = $1", id)?;
                     let change = Change {
                         at: &now,
                         action: AuditAction::DeliveryRequested,

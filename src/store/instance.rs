@@ -53,6 +53,7 @@ struct Moved {
     job_id: String,
     cancel_requested: i64,
 }
+row!(Moved { job_id, cancel_requested });
 
 impl Instance {
     /// Enters the service under a name that was never used before, and begins to listen. The data directory tells the

@@ -109,6 +109,40 @@ pub(super) struct StoredJob {
     pub(super) lone_deaths: i64,
     pub(super) caller: Option<String>,
 }
+row!(StoredJob {
+    seq,
+    id,
+    machine_id,
+    machine_revision,
+    operation,
+    parameters,
+    state,
+    progress,
+    file_name,
+    input_sha256,
+    output_sha256,
+    report,
+    report_sha256,
+    problem,
+    external_id,
+    software_version,
+    created_at,
+    started_at,
+    finished_at,
+    surface_sha256,
+    changes_sha256,
+    attempts,
+    callback_url,
+    traceparent,
+    motions_checked,
+    accepted,
+    steps,
+    cancel_requested,
+    lease,
+    deaths,
+    lone_deaths,
+    caller
+});
 
 impl StoredJob {
     pub(super) fn read(self) -> Result<JobRow, StoreError> {

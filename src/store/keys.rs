@@ -47,6 +47,15 @@ struct StoredUse {
     machine_revision: Option<i64>,
     wear_entry_id: Option<String>,
 }
+row!(StoredUse {
+    fingerprint,
+    job_id,
+    calibration_id,
+    calibrated,
+    machine_id,
+    machine_revision,
+    wear_entry_id
+});
 
 /// The answer that a key belongs to.
 #[derive(Debug, Clone, Copy)]

@@ -62,6 +62,7 @@ struct RevisionRow {
     created_at: String,
     calibration_id: Option<String>,
 }
+row!(RevisionRow { machine_id, revision, profile, sha256, created_at, calibration_id });
 
 /// A machine in a list.
 struct ListedRevision {
@@ -73,6 +74,7 @@ struct ListedRevision {
     created_at: String,
     calibration_id: Option<String>,
 }
+row!(ListedRevision { seq, machine_id, revision, profile, sha256, created_at, calibration_id });
 
 /// The last revision of a machine, which may be deleted.
 struct CurrentRevision {
@@ -83,12 +85,14 @@ struct CurrentRevision {
     created_at: String,
     calibration_id: Option<String>,
 }
+row!(CurrentRevision { deleted, last_revision, profile, sha256, created_at, calibration_id });
 
 /// Number and digest of the last revision of a machine.
 struct CurrentHead {
     last_revision: i64,
     sha256: String,
 }
+row!(CurrentHead { last_revision, sha256 });
 
 impl RevisionRow {
     fn read(self, store: &Store) -> Result<Revision, StoreError> {
@@ -218,7 +222,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn has_no_machine_yet(&self) -> Result<bool, StoreError> {
-        let count = sql!(self.db, one(_), "SELECT COUNT(*) AS \"count!\" FROM machines")
+        let count: i64 = sql!(self.db, one(_), "SELECT COUNT(*) AS \"count!\" FROM machines")
             .doing("counting machines")?;
         Ok(count == 0)
     }

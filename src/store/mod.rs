@@ -30,6 +30,7 @@ mod leases;
 mod lock;
 mod machines;
 mod marks;
+mod migrations;
 #[cfg(feature = "scale-out")]
 mod moved_tables;
 #[cfg(feature = "scale-out")]

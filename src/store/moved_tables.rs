@@ -312,7 +312,7 @@ mod tests {
 
     async fn made() -> SqliteConnection {
         let mut file = SqliteConnection::connect("sqlite::memory:").await.unwrap();
-        for migration in sqlx::migrate!().iter() {
+        for migration in crate::store::migrations::of_sqlite().iter() {
             sqlx::raw_sql(migration.sql.clone()).execute(&mut file).await.unwrap();
         }
         file

@@ -13,7 +13,7 @@ use sqlx::pool::PoolConnection;
 use sqlx::postgres::{
     PgConnectOptions, PgConnection, PgPool, PgPoolOptions, PgQueryResult, PgRow, PgStatement, PgTypeInfo,
 };
-use sqlx::{Connection, Describe, Either, Error, Execute, Executor, Postgres, SqlStr};
+use sqlx::{Connection, Either, Error, Execute, Executor, Postgres, SqlStr};
 
 use super::StoreError;
 use super::error::Doing;
@@ -181,7 +181,8 @@ impl<'p> Executor<'p> for &'_ PgReaders {
         (&self.pool).prepare_with(sql, parameters)
     }
 
-    fn describe<'e>(self, sql: SqlStr) -> BoxFuture<'e, Result<Describe<Postgres>, Error>>
+    #[cfg(feature = "check-statements")]
+    fn describe<'e>(self, sql: SqlStr) -> BoxFuture<'e, Result<sqlx::Describe<Postgres>, Error>>
     where
         'p: 'e,
     {

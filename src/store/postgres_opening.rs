@@ -13,6 +13,7 @@ use sqlx::{Connection, Error, Executor};
 use super::error::Doing;
 use super::file_rows::FileRows;
 use super::instance::Instance;
+use super::migrations::{newest, of_postgres};
 use super::postgres::{Holder, PgReaders, PgWriter, with_limits};
 use super::presence::{Presence, TRY_LOCK, TRY_SHARED_LOCK};
 use super::sqlite::{is_empty, no_files_beside};
@@ -305,8 +306,7 @@ async fn choose_files(session: &mut PgConnection, files: FilesIn) -> Result<(), 
 
 /// The newest schema of this version on PostgreSQL.
 pub(super) fn own_form() -> i64 {
-    let migrations = sqlx::migrate!("./migrations-postgres");
-    migrations.iter().map(|migration| migration.version).max().unwrap_or_default()
+    newest(&of_postgres())
 }
 
 /// The newest schema that a migration has made; `None` if no migration has run.
@@ -329,7 +329,7 @@ async fn migrate(session: &mut PgConnection) -> Result<(), StoreError> {
     let doing = "setting how long a migration may take";
     session.execute("SET statement_timeout = 0").await.doing(doing)?;
     // The lock of the service is enough: another one would make plants that share a database wait for each other.
-    sqlx::migrate!("./migrations-postgres").set_locking(false).run(&mut *session).await?;
+    of_postgres().set_locking(false).run(&mut *session).await?;
     session.execute("RESET statement_timeout").await.doing(doing)?;
     Ok(())
 }

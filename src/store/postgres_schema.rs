@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use sqlx::{AssertSqlSafe, Connection, Error, Executor, PgConnection};
 
+use super::migrations::of_postgres;
 use super::postgres_opening::own_form;
 use super::postgres_rows::WITHOUT_LIMITS;
 
@@ -62,8 +63,7 @@ pub(super) async fn differences(connection: &mut PgConnection, version: i64) -> 
                 .await?;
         let text = format!("CREATE SCHEMA {name}; SET LOCAL search_path = {name}");
         sqlx::raw_sql(AssertSqlSafe(text)).execute(&mut *transaction).await?;
-        let migrations = sqlx::migrate!("./migrations-postgres");
-        for migration in migrations.iter().filter(|migration| migration.version <= version) {
+        for migration in of_postgres().iter().filter(|migration| migration.version <= version) {
             sqlx::raw_sql(migration.sql.clone()).execute(&mut *transaction).await?;
         }
         let made = schema_of(&mut transaction).await?;

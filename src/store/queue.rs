@@ -129,6 +129,7 @@ struct Next {
     machine_id: String,
     caller: Option<String>,
 }
+row!(Next { id, machine_id, caller });
 
 /// A job that its client cancels.
 struct Cancelled {
@@ -136,6 +137,7 @@ struct Cancelled {
     machine_id: String,
     cancel_requested: i64,
 }
+row!(Cancelled { state, machine_id, cancel_requested });
 
 /// Number of deaths of the process beside others after which a job is computed alone: it is not known which job
 /// caused them.
@@ -403,7 +405,7 @@ impl Store {
     /// The database failed.
     pub async fn give_back(&self, id: &str, lease: &str, now: &str) -> Result<GivenBack, StoreError> {
         let (id, lease, now) = (id.to_owned(), lease.to_owned(), now.to_owned());
-        let state = self
+        let state: Option<String> = self
             .write_apart("giving a job back", |tx| {
                 Box::pin(async move {
                     sql!(

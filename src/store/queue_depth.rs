@@ -14,12 +14,14 @@ pub struct QueueDepth {
     /// Time since when the oldest waiting job has been waiting.
     pub oldest: Option<String>,
 }
+row!(QueueDepth { queued, running, oldest });
 
 /// Waiting jobs, and those of one caller among them.
 pub(super) struct Waiting {
     pub(super) all: i64,
     pub(super) own: i64,
 }
+row!(Waiting { all, own });
 
 impl Store {
     /// Whether one more job of a caller may wait.

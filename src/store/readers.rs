@@ -3,7 +3,7 @@
 use futures::future::BoxFuture;
 use futures::stream::{BoxStream, StreamExt};
 use sqlx::sqlite::{SqlitePool, SqliteQueryResult, SqliteRow, SqliteStatement, SqliteTypeInfo};
-use sqlx::{Describe, Either, Error, Execute, Executor, SqlStr, Sqlite};
+use sqlx::{Either, Error, Execute, Executor, SqlStr, Sqlite};
 
 use crate::meter;
 
@@ -68,7 +68,8 @@ impl<'p> Executor<'p> for &'_ Readers {
         (&self.0).prepare_with(sql, parameters)
     }
 
-    fn describe<'e>(self, sql: SqlStr) -> BoxFuture<'e, Result<Describe<Sqlite>, Error>>
+    #[cfg(feature = "check-statements")]
+    fn describe<'e>(self, sql: SqlStr) -> BoxFuture<'e, Result<sqlx::Describe<Sqlite>, Error>>
     where
         'p: 'e,
     {

@@ -35,6 +35,7 @@ struct Expired {
     /// How it was computed, if its holder is dead.
     computed: Option<String>,
 }
+row!(Expired { id, computed });
 
 impl Store {
     /// Takes over the jobs that a process had taken before it died. A job that its client had cancelled is cancelled.

@@ -17,6 +17,7 @@ struct RemovedJob {
     output_sha256: Option<String>,
     changes_sha256: Option<String>,
 }
+row!(RemovedJob { id, machine_id, input_sha256, surface_sha256, output_sha256, changes_sha256 });
 
 impl Store {
     /// Removes some of the jobs that ended before `ended_before` and whose idempotency key, if any, was used before

@@ -1,9 +1,12 @@
-//! One text of SQL for both databases. Every statement of the store goes through [`sql!`], which checks its text for
-//! `SQLite` and for PostgreSQL when it is compiled (`docs/scale-out.md` describes the rules for a text).
+//! One text of SQL for both databases. Every statement of the store goes through [`sql!`] (`docs/scale-out.md` describes
+//! the rules for a text). `.ci/statements` compiles the store once more for each database, with the texts, arguments and
+//! columns checked by the database itself. An ordinary build does not: what the check needs takes longer to build than
+//! the rest of the store.
 //!
 //! Statements that belong to `SQLite` alone (its pragmas, its copies, the examination of a file) are in
 //! `database_file.rs`, `deep.rs` and `sqlite.rs`, and name `SQLite`'s types.
 
+use sqlx::Column;
 use sqlx::sqlite::SqliteConnection;
 
 use super::readers::Readers;
@@ -94,26 +97,23 @@ macro_rules! sql {
     ($on:expr, $how:ident $(($row:tt))?, $text:tt $(+ $more:tt)* $(, $arg:expr)* $(,)?) => {
         match $on.on() {
             $crate::store::sql::On::Sqlite(on) => sqlite!(on, $how $(($row))?, $text $(+ $more)* $(, $arg)*),
-            // Its own text, so that each database has its own file in `.sqlx`.
-            $crate::store::sql::On::Postgres(on) => {
-                postgres!(on, $how $(($row))?, $text $(+ $more)* + " /* pg */" $(, $arg)*)
-            }
+            $crate::store::sql::On::Postgres(on) => postgres!(on, $how $(($row))?, $text $(+ $more)* $(, $arg)*),
         }
     };
 }
 
 /// The statement on `SQLite`.
-#[cfg(not(prepare_postgres))]
+#[cfg(not(check_postgres))]
 macro_rules! sqlite { ($($all:tt)*) => { checked!($($all)*) }; }
 /// Nothing: only the statements on PostgreSQL are checked.
-#[cfg(prepare_postgres)]
+#[cfg(check_postgres)]
 macro_rules! sqlite { ($($all:tt)*) => { skipped!($($all)*) }; }
 
 /// The statement on PostgreSQL.
-#[cfg(all(feature = "scale-out", not(prepare_sqlite)))]
+#[cfg(all(feature = "scale-out", not(check_sqlite)))]
 macro_rules! postgres { ($($all:tt)*) => { checked!($($all)*) }; }
 /// Nothing: only the statements on `SQLite` are checked.
-#[cfg(all(feature = "scale-out", prepare_sqlite))]
+#[cfg(all(feature = "scale-out", check_sqlite))]
 macro_rules! postgres { ($($all:tt)*) => { skipped!($($all)*) }; }
 /// Never: a binary without PostgreSQL has no such connection.
 #[cfg(not(feature = "scale-out"))]
@@ -123,7 +123,34 @@ macro_rules! postgres {
     };
 }
 
-/// A statement that is checked by the database that its text is prepared for.
+/// A statement as the service runs it.
+#[cfg(not(any(check_sqlite, check_postgres)))]
+macro_rules! checked {
+    ($on:expr, execute, $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query(concat!($text $(, $more)*))$(.bind(&$arg))*.execute($on).await.map(|done| done.rows_affected())
+    };
+    ($on:expr, one(_), $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query_scalar(concat!($text $(, $more)*))$(.bind(&$arg))*.fetch_one($on).await
+    };
+    ($on:expr, optional(_), $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query_scalar(concat!($text $(, $more)*))$(.bind(&$arg))*.fetch_optional($on).await
+    };
+    ($on:expr, all(_), $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query_scalar(concat!($text $(, $more)*))$(.bind(&$arg))*.fetch_all($on).await
+    };
+    ($on:expr, one($row:ident), $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query_as::<_, $row>(concat!($text $(, $more)*))$(.bind(&$arg))*.fetch_one($on).await
+    };
+    ($on:expr, optional($row:ident), $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query_as::<_, $row>(concat!($text $(, $more)*))$(.bind(&$arg))*.fetch_optional($on).await
+    };
+    ($on:expr, all($row:ident), $text:tt $(+ $more:tt)* $(, $arg:expr)*) => {
+        sqlx::query_as::<_, $row>(concat!($text $(, $more)*))$(.bind(&$arg))*.fetch_all($on).await
+    };
+}
+
+/// A statement that a database checks while it is compiled: its text, its arguments, and the types of its columns.
+#[cfg(any(check_sqlite, check_postgres))]
 macro_rules! checked {
     ($on:expr, execute, $($query:tt)*) => {
         sqlx::query!($($query)*).execute($on).await.map(|done| done.rows_affected())
@@ -138,8 +165,40 @@ macro_rules! checked {
     ($on:expr, all($row:ident), $($query:tt)*) => { sqlx::query_as!($row, $($query)*).fetch_all($on).await };
 }
 
-/// In the place of a statement while those of the other database are prepared.
-#[cfg(any(prepare_sqlite, prepare_postgres))]
+/// Reads the members of a row of [`sql!`] from the columns with their names.
+macro_rules! row {
+    ($row:ident { $($member:ident),+ $(,)? }) => {
+        impl sqlx::FromRow<'_, sqlx::sqlite::SqliteRow> for $row {
+            fn from_row(row: &sqlx::sqlite::SqliteRow) -> Result<Self, sqlx::Error> {
+                Ok(Self { $($member: $crate::store::sql::column(row, stringify!($member))?),+ })
+            }
+        }
+
+        #[cfg(feature = "scale-out")]
+        impl sqlx::FromRow<'_, sqlx::postgres::PgRow> for $row {
+            fn from_row(row: &sqlx::postgres::PgRow) -> Result<Self, sqlx::Error> {
+                Ok(Self { $($member: $crate::store::sql::column(row, stringify!($member))?),+ })
+            }
+        }
+    };
+}
+
+/// The value of a column. In the text of a statement its name may end in marks for the check (`count!`, `due_days?: _`).
+pub(super) fn column<'r, R, T>(row: &'r R, name: &str) -> Result<T, sqlx::Error>
+where
+    R: sqlx::Row,
+    T: sqlx::Decode<'r, R::Database> + sqlx::Type<R::Database>,
+    usize: sqlx::ColumnIndex<R>,
+{
+    let is_named = |column: &<R::Database as sqlx::Database>::Column| {
+        column.name().split(['!', '?', ':']).next() == Some(name)
+    };
+    let index = row.columns().iter().position(is_named);
+    row.try_get(index.ok_or_else(|| sqlx::Error::ColumnNotFound(name.to_owned()))?)
+}
+
+/// In the place of a statement while those of the other database are checked.
+#[cfg(any(check_sqlite, check_postgres))]
 macro_rules! skipped {
     ($on:expr, execute, $($query:tt)*) => {{
         drop($on);

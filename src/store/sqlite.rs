@@ -15,6 +15,7 @@ use sqlx::sqlite::{
 use super::database_file::newest_migration;
 use super::error::Doing;
 use super::examination::{STAGING, stored_files};
+use super::migrations::of_sqlite;
 use super::readers::Readers;
 use super::sql::{On, Tx};
 use super::{StoreError, own_schema};
@@ -138,7 +139,7 @@ where
 async fn migrate(writer: &SqlitePool) -> Result<(), StoreError> {
     let doing = "setting how the database writes";
     sqlx::query("PRAGMA synchronous = NORMAL").execute(writer).await.doing(doing)?;
-    sqlx::migrate!().run(writer).await?;
+    of_sqlite().run(writer).await?;
     sqlx::query("PRAGMA synchronous = FULL").execute(writer).await.doing(doing)?;
     Ok(())
 }

@@ -174,6 +174,7 @@ struct LiveTool {
     tool_id: String,
     last_revision: i64,
 }
+row!(LiveTool { tool_id, last_revision });
 
 /// The last revision of a tool, which may be deleted.
 struct ToolHead {
@@ -183,6 +184,7 @@ struct ToolHead {
     sha256: String,
     created_at: String,
 }
+row!(ToolHead { deleted, last_revision, document, sha256, created_at });
 
 /// The stored state of a machine's `tool_id`.
 struct Found {
@@ -196,7 +198,7 @@ struct Found {
 
 /// The stored state of this `tool_id`; `None` if there is no such machine.
 async fn head_of(tx: &mut Tx<'_>, machine_id: &str, tool_id: &str) -> Result<Option<Found>, sqlx::Error> {
-    let machine =
+    let machine: Option<i64> =
         sql!(tx, optional(_), "SELECT seq FROM machines WHERE machine_id = $1 AND deleted = 0", machine_id)?;
     if machine.is_none() {
         return Ok(None);
@@ -246,7 +248,7 @@ async fn against_the_others(tx: &mut Tx<'_>, new: &NewTool) -> Result<Option<Too
 
 /// The number of a machine's tools, if it is `most` or more.
 async fn as_many_as(tx: &mut Tx<'_>, machine_id: &str, most: u32) -> Result<Option<u32>, sqlx::Error> {
-    let tools = sql!(
+    let tools: i64 = sql!(
         tx,
         one(_),
         "SELECT COUNT(*) AS \"count!\" FROM tools WHERE machine_id = $1 AND deleted = 0",

@@ -32,6 +32,7 @@ struct ToolRow {
     sha256: String,
     created_at: String,
 }
+row!(ToolRow { machine_id, tool_id, revision, document, sha256, created_at });
 
 /// A tool of a machine's table, at one revision.
 struct TableRow {
@@ -40,6 +41,7 @@ struct TableRow {
     document: String,
     sha256: String,
 }
+row!(TableRow { tool_id, revision, document, sha256 });
 
 /// A tool in a list.
 struct ListedTool {
@@ -50,6 +52,7 @@ struct ListedTool {
     sha256: String,
     created_at: String,
 }
+row!(ListedTool { seq, tool_id, revision, document, sha256, created_at });
 
 impl ToolRow {
     fn read(self, store: &Store) -> Result<ToolRevision, StoreError> {

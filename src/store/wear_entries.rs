@@ -57,6 +57,7 @@ struct EdgeCount {
     edge: String,
     count: i64,
 }
+row!(EdgeCount { edge, count });
 
 struct StoredEntry {
     seq: i64,
@@ -75,6 +76,23 @@ struct StoredEntry {
     withdrawn_at: Option<String>,
     reason: Option<String>,
 }
+row!(StoredEntry {
+    seq,
+    id,
+    machine_id,
+    tool_id,
+    cutter_id,
+    edge,
+    quantity,
+    parts_cut,
+    wear_um,
+    standard_uncertainty_um,
+    measured_at,
+    created_at,
+    note,
+    withdrawn_at,
+    reason
+});
 
 impl StoredEntry {
     fn read(self) -> WearEntry {
@@ -380,7 +398,7 @@ async fn against_cutters(tx: &mut Tx<'_>, entries: &[WearEntry]) -> Result<Vec<W
     for (cutter_id, posted) in cutters {
         let Some((_, WearEntry { machine_id, tool_id, .. })) = posted.first() else { continue };
         let quantity = posted.first().map_or("", |(_, entry)| entry.wear().0.as_str());
-        let other = sql!(
+        let other: Option<String> = sql!(
             tx,
             optional(_),
             "SELECT id FROM wear_entries WHERE machine_id = $1 AND tool_id = $2 AND cutter_id = $3 AND quantity <> $4

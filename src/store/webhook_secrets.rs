@@ -22,6 +22,7 @@ struct StoredSecret {
     created_at: String,
     signs_until: Option<String>,
 }
+row!(StoredSecret { secret, created_at, signs_until });
 
 impl Store {
     /// Every stored secret, newest first.
@@ -138,7 +139,7 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn webhook_secret_made_by(&self, used: &KeyUse) -> Result<Option<bool>, StoreError> {
-        let row = sql!(
+        let row: Option<Option<String>> = sql!(
             self.db,
             optional(_),
             "SELECT fingerprint FROM webhook_secrets WHERE idempotency_key = $1 AND created_at >= $2",

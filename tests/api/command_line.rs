@@ -230,6 +230,23 @@ fn the_settings_are_shown_with_their_origins_and_read_back() {
 }
 
 #[test]
+fn a_fault_in_the_settings_file_names_its_line_and_shows_none_of_its_text() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("trunnion.toml");
+    for (text, expected) in [
+        ("max_poses = 7\ndatabse = \"postgres://trunnion:secret@db/plant\"\n", "line 2"),
+        ("max_poses = 7\n\nmax_cost_s = \"secret\n", "line 3"),
+        ("listen = 8080\n", "line 1"),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        let output = trunnion(folder.path(), &["config", "show", "--config", path(&file)]);
+        let said = said(&output);
+        assert!(!output.status.success() && said.contains(expected) && said.contains(path(&file)), "{said}");
+        assert!(!said.contains("secret"), "{said}");
+    }
+}
+
+#[test]
 fn the_description_printed_is_the_committed_one() {
     let folder = TempDir::new().unwrap();
     let output = trunnion(folder.path(), &["openapi"]);

@@ -231,7 +231,7 @@ fn compiled_in() -> Vec<PathBuf> {
         }
     }
     built.extend(named_paths(&read("build.rs"), root()));
-    built.extend([".sqlx", "build.rs", "Cargo.toml", "Cargo.lock"].map(|path| root().join(path)));
+    built.extend(["build.rs", "Cargo.toml", "Cargo.lock"].map(|path| root().join(path)));
     built.into_iter().chain(sources).map(|path| path.canonicalize().unwrap()).collect()
 }
 

@@ -74,7 +74,7 @@ const NOT_IN_CORE: &[&str] = &[
     "tracing",
     "http",
     "hyper_util",
-    "figment",
+    "toml",
     "clap",
     "metrics",
     "jiff",
