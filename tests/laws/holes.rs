@@ -269,6 +269,23 @@ fn what_no_manual_makes_certain_is_left_alone_and_the_place_is_unknown_after_it(
 }
 
 #[test]
+fn words_of_places_beside_a_dwell_or_behind_a_modal_cycle_are_never_lost() {
+    let found = siemens("MCALL CYCLE81(20,3,2,-12.5)\nX5 G4 F1\nMCALL\nX7\n");
+    assert_eq!(found[0], Told::Left(5, Unfollowable::ConflictingCodes), "{found:?}");
+    let found = siemens("X5 G4 F1\nY7\n");
+    assert_eq!(found[0], Told::Left(4, Unfollowable::ConflictingCodes), "{found:?}");
+    let Told::Motion(_, [x, ..], _) = found[1] else { panic!("{found:?}") };
+    assert_eq!(x, None);
+    for cycle in ["CYCLE81(20,3,2,-12.5)", "CYCLE86(20,3,2,-12.5,,,3,-.2,0,.2,0)", "CYCLE840(1,2)"] {
+        let found = siemens(&format!("MCALL {cycle} X5\nY7\n"));
+        assert!(matches!(found[0], Told::Left(4, _)), "{cycle}: {found:?}");
+        assert!(!found.iter().skip(1).any(|told| matches!(told, Told::Motion(..))), "{cycle}: {found:?}");
+        let found = siemens(&format!("MCALL {cycle} ; a comment\nY7\n"));
+        assert!(!matches!(found[0], Told::Left(4, _)), "{cycle}: {found:?}");
+    }
+}
+
+#[test]
 fn a_modal_cycle_that_is_not_followed_leaves_the_way_to_its_places_followed() {
     let found = siemens("MCALL CYCLE86(20,3,2,-12.5,,,3,-.2,0,.2,0)\nX5 Y6\nX7 Y8\nMCALL\nG0 X9 Y9 Z50\n");
     let left = |line| Told::Left(line, Unfollowable::CannedCycle);

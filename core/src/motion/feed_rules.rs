@@ -57,6 +57,8 @@ pub struct FeedRules {
     pub form: FeedForm,
     /// Whether F in a block with a dwell may be a feed that stays. In other dialects it is only a time.
     pub(super) dwell_may_set_feed: bool,
+    /// Words of axes that may be the time of a dwell in its block. Another axis word beside a dwell may be a motion.
+    pub(super) dwell_times: u32,
     /// Codes and statement words that state how F counts. The unit \[mm\] is given if F does not count in the
     /// program's unit.
     pub(super) modes: &'static [(Code, FeedMode, Option<f64>)],

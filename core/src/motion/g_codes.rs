@@ -1,6 +1,6 @@
 //! The effect of a block's G codes and statement words.
 
-use super::block_words::AXES;
+use super::block_words::{AXES, DWELL};
 use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
@@ -167,7 +167,13 @@ impl Interpreter {
             self.modal.motion = None;
         }
         // A dwell and a motion: it depends on the control which of them the axis words belong to.
-        if action == Some(Action::Consume) && motion_codes > 0 && axis_words != 0 {
+        let is_dwell = self.block.g_codes().contains(&DWELL);
+        let of_motion = match motion_codes {
+            0 if is_dwell => axis_words & !self.rules.feed.dwell_times,
+            0 => 0,
+            _ => axis_words,
+        };
+        if action == Some(Action::Consume) && of_motion != 0 {
             action = Some(Action::Odd(Unfollowable::ConflictingCodes));
         }
         // A conflict never hides unknown codes or calls.

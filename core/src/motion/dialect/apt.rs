@@ -25,6 +25,7 @@ const FEED: FeedRules = FeedRules {
     paths: FeedPaths { machine: FeedPath::Tip, tcp: FeedPath::Tip },
     form: FeedForm::Statement,
     dwell_may_set_feed: true,
+    dwell_times: 0,
     modes: &[
         (Code::Keyword(Keyword::MmPerMinute), FeedMode::PerMinute, Some(1.0)),
         (Code::Keyword(Keyword::InchPerMinute), FeedMode::PerMinute, Some(MM_PER_INCH)),

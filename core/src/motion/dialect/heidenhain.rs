@@ -31,6 +31,7 @@ const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
     dwell_may_set_feed: true,
+    dwell_times: 0,
     modes: &[(Code::M(1360), FeedMode::PerRevolution, None), (Code::M(1370), FeedMode::PerMinute, None)],
     otherwise: &[],
 };

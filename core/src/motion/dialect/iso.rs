@@ -6,7 +6,7 @@ use crate::motion::meaning::{MFunction, Meaning};
 use crate::motion::modal::{MotionMode, ToolLength, Transformation};
 use crate::motion::work_offset::OffsetCode;
 use crate::motion::{FeedForm, FeedMode, FeedRules, WorkOffset};
-use crate::program::Code;
+use crate::program::{Address, Code};
 use crate::units::MM_PER_INCH;
 
 /// The meaning of ISO programs. Controls that count millimetres and degrees of a block together are not distinguished.
@@ -30,6 +30,7 @@ pub(super) const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
     dwell_may_set_feed: true,
+    dwell_times: Address::X.bit() | Address::U.bit(),
     modes: &[
         (Code::G(930), FeedMode::InverseTime, None),
         (Code::G(940), FeedMode::PerMinute, None),

@@ -8,7 +8,7 @@ use super::{MotionRules, ToolRules, ToolWords};
 use crate::motion::meaning::{MFunction, Meaning};
 use crate::motion::modal::{MotionMode, ToolLength, Transformation};
 use crate::motion::{FeedForm, FeedMode, FeedRules};
-use crate::program::Code;
+use crate::program::{Address, Code};
 use crate::units::MM_PER_INCH;
 
 /// The meaning of OSP programs.
@@ -32,6 +32,7 @@ const FEED: FeedRules = FeedRules {
     form: FeedForm::Word,
     // G04 takes its time from F.
     dwell_may_set_feed: true,
+    dwell_times: Address::X.bit() | Address::U.bit(),
     modes: &[(Code::G(940), FeedMode::PerMinute, None), (Code::G(950), FeedMode::PerRevolution, None)],
     otherwise: &[Code::G(200), Code::G(210)],
 };

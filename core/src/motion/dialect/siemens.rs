@@ -28,6 +28,7 @@ const FEED: FeedRules = FeedRules {
     paths: FeedRules::BY_MODE,
     form: FeedForm::Word,
     dwell_may_set_feed: false,
+    dwell_times: 0,
     modes: &[
         (Code::G(930), FeedMode::InverseTime, None),
         (Code::G(940), FeedMode::PerMinute, None),

@@ -135,6 +135,10 @@ fn modal_call(line: &mut Line<'_>, start: usize, end: usize) {
         .and_then(|_| std::str::from_utf8(name.get(5..)?).ok()?.parse().ok());
     let is_standard =
         number.is_some_and(names::is_standard_cycle) || names::name(name) == Some(Name::Word(Keyword::Cycle));
+    // What stands behind the arguments is not read, so its effect is unknown.
+    let is_alone = walk_tail(line.text, callee_end)
+        .is_ok_and(|tail| matches!(line.byte(line.blanks_end(tail.end)), b';' | b'\n' | b'\r'));
+    let is_standard = is_standard && is_alone;
     let is_hole = number
         .filter(|_| is_standard)
         .is_some_and(|number| cycle::hole(line, Keyword::ModalCycle, start, callee_end, number, true));
