@@ -3,8 +3,8 @@ key and no job is forgotten, no key opens too long or too briefly, nothing is se
 still removed.
 
 Usage: tests/postgres/with-server python3 tests/faults/clocks_apart.py PATH_OF_TRUNNION; TRUNNION_CLUSTER_BLOCKS (2000000)
-blocks of a long job, TRUNNION_KILL_SEED (1). The binary needs the feature
-scale-out, and a C compiler makes the wrong clock. Set TRUNNION_TEST_FSYNC=on.
+blocks of a long job, TRUNNION_KILL_SEED (1). The binary needs the feature scale-out, and a C compiler makes the wrong clock.
+Set TRUNNION_TEST_FSYNC=on.
 """
 
 import datetime
