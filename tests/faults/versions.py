@@ -15,7 +15,7 @@ import signal
 import sys
 import time
 
-from plant import MIDDLE, SHORT, Load, expected, first_key, psql, ready, services, within
+from plant import MIDDLE, SHORT, Load, expected, first_key, psql, services, within
 from service import cc_job, program, workplace
 
 DATABASE = os.environ["TRUNNION_TEST_DATABASE"]
