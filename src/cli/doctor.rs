@@ -242,6 +242,12 @@ fn database(found: &Examination, depth: &Depth, findings: &mut Findings) {
     let ours = found.newest_schema;
     match found.schema {
         Some(schema) if schema == ours => findings.add(Verdict::Sound, "schema", schema.to_string()),
+        Some(schema) if schema > ours && found.usable_from.is_some_and(|from| from <= ours) => {
+            let detail = format!(
+                "{schema}, made by a newer trunnion; this version may use it, but does not compare it with its migrations"
+            );
+            findings.add(Verdict::Note, "schema", detail);
+        }
         Some(schema) if schema > ours => {
             let detail =
                 format!("{schema}, made by a newer trunnion; this version knows schemas up to {ours}");

@@ -1,7 +1,7 @@
 //! Time and ids come from outside, so that tests can set them.
 
 use std::fmt;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use jiff::{SignedDuration, Timestamp};
@@ -28,6 +28,10 @@ pub trait Clock: Send + Sync + fmt::Debug {
     fn watched(&self) -> SignedDuration {
         SignedDuration::ZERO
     }
+
+    /// At this moment the server of the database, whose clock counts for several services, said this time. A clock that
+    /// is set by somebody else ignores it.
+    fn hear(&self, _at: Instant, _time: Timestamp) {}
 }
 
 /// The source of new ids.
@@ -46,10 +50,34 @@ pub struct Sources {
 }
 
 /// The system's clock. Another clock, which nobody can set, measures the time since the start. So if the system's
-/// clock is set ahead or back, for a moment or for good, nothing becomes older than it is.
+/// clock is set ahead or back, for a moment or for good, nothing becomes older than it is. As soon as the server of the
+/// database has said the time, that counts: several services have one clock, whatever their computers say.
 #[derive(Debug)]
-struct SystemClock {
-    began: (Instant, Timestamp),
+struct SystemClock(Mutex<Times>);
+
+/// A time, and the moment at which it was the present one.
+#[derive(Debug, Clone, Copy)]
+struct Reading {
+    at: Instant,
+    time: Timestamp,
+}
+
+impl Reading {
+    fn passed(&self) -> SignedDuration {
+        SignedDuration::try_from(self.at.elapsed()).unwrap_or(SignedDuration::MAX)
+    }
+
+    fn now(&self) -> Timestamp {
+        self.time.checked_add(self.passed()).unwrap_or(Timestamp::MAX)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Times {
+    /// The first one of the clock that counts.
+    began: Reading,
+    /// The last one of the server.
+    server: Option<Reading>,
 }
 
 /// Time-ordered ids (RFC 9562 §5.7). Their counter keeps the order within a millisecond.
@@ -72,14 +100,20 @@ impl Version7 {
 impl SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
     fn new() -> Self {
-        Self { began: (Instant::now(), Timestamp::now()) }
+        let began = Reading { at: Instant::now(), time: Timestamp::now() };
+        Self(Mutex::new(Times { began, server: None }))
+    }
+
+    fn times(&self) -> MutexGuard<'_, Times> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Clock for SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
     fn now(&self) -> Timestamp {
-        Timestamp::now()
+        let server = self.times().server;
+        server.map_or_else(Timestamp::now, |server| server.now())
     }
 
     fn certain(&self) -> Timestamp {
@@ -87,11 +121,21 @@ impl Clock for SystemClock {
     }
 
     fn passed(&self) -> Timestamp {
-        self.began.1.checked_add(self.watched()).unwrap_or(Timestamp::MAX)
+        let began = self.times().began;
+        began.now()
     }
 
     fn watched(&self) -> SignedDuration {
-        SignedDuration::try_from(self.began.0.elapsed()).unwrap_or(SignedDuration::MAX)
+        let began = self.times().began;
+        began.passed()
+    }
+
+    fn hear(&self, at: Instant, time: Timestamp) {
+        let (mut times, told) = (self.times(), Reading { at, time });
+        if times.server.is_none() {
+            times.began = told;
+        }
+        times.server = Some(told);
     }
 }
 
@@ -211,6 +255,24 @@ mod tests {
         assert_eq!(tls_time(early), UnixTime::since_unix_epoch(Duration::ZERO));
         let later = ids.at("2026-11-21T12:00:00Z".parse().expect("a time"));
         assert!(later > first && later > second);
+    }
+
+    #[test]
+    fn the_clock_of_the_server_counts_as_soon_as_it_is_heard() {
+        let (clock, year_s) = (SystemClock::new(), 365 * 86_400);
+        let (wrong, at) = (clock.now(), Instant::now());
+        let right = wrong.checked_sub(SignedDuration::from_secs(year_s)).expect("a time");
+        clock.hear(at, right);
+        for told in [clock.now(), clock.certain(), clock.passed()] {
+            assert!(told >= right && told.duration_since(right) < SignedDuration::from_secs(60), "{told}");
+        }
+        // If the server's own clock jumps ahead, nothing becomes older than it is.
+        clock.hear(Instant::now(), wrong);
+        assert!(clock.now() >= wrong);
+        assert!(clock.certain().duration_since(right) < SignedDuration::from_secs(60));
+        // If it jumps back, what was stored meanwhile is no older either.
+        clock.hear(Instant::now(), right);
+        assert!(clock.certain().duration_since(right) < SignedDuration::from_secs(60));
     }
 
     #[test]

@@ -17,6 +17,9 @@ pub async fn open_data_directory(
     // The database comes first: if it is lost, the files beside it are not touched.
     let instance = sources.ids.next().to_string();
     let store = Store::open_as_set(settings, settings.store_readers, &instance).await?;
+    if let Some((at, time)) = store.server_time() {
+        sources.clock.hear(at, time);
+    }
     let blobs = store.keeping(Blobs::open(&settings.data_dir)?);
     let store = store.noting_damage_in(blobs.soundness());
     // Files of several services are removed while these run.

@@ -7,7 +7,7 @@ use sqlx::sqlite::SqliteError;
 use thiserror::Error;
 
 #[cfg(feature = "scale-out")]
-use super::postgres_fault::PgFault;
+use super::postgres_fault::{PgFault, cure};
 use super::{DamagedFile, StorageFault};
 
 /// The database could not do its work.
@@ -38,6 +38,19 @@ pub enum StoreError {
     Newer {
         /// Schema of the database.
         found: i64,
+        /// Newest schema of this version.
+        ours: i64,
+    },
+    /// A newer version has changed the database so that this one cannot use it.
+    #[error(
+        "the database has schema {found}, which only a trunnion that knows schema {usable_from} or later may use; this \
+         version knows schemas up to {ours}. Start the newer version, or restore a backup from before it"
+    )]
+    NotUsable {
+        /// Schema of the database.
+        found: i64,
+        /// The oldest schema that a service must know.
+        usable_from: i64,
         /// Newest schema of this version.
         ours: i64,
     },
@@ -98,7 +111,7 @@ pub enum StoreError {
         mode: u32,
     },
     /// The server does not answer, or does not let this service in.
-    #[error("{database} cannot be opened: {source}. Start the server, or change database in the settings")]
+    #[error("{database} cannot be opened: {source}. {}", cure(source))]
     Unreachable {
         /// The address without a password.
         database: String,
@@ -234,6 +247,12 @@ impl StoreError {
             _ => None,
         }
     }
+}
+
+/// What helps if the server cannot be reached.
+#[cfg(not(feature = "scale-out"))]
+fn cure(_source: &sqlx::Error) -> &'static str {
+    "Change database in the settings"
 }
 
 /// Adds the name of the action to a failed statement.

@@ -15,6 +15,8 @@ pub struct Examination {
     pub engine: (&'static str, String),
     /// The newest schema that this version makes of it.
     pub newest_schema: i64,
+    /// The oldest schema that a service must know to use it, if the database says so.
+    pub usable_from: Option<i64>,
     /// The settings of the server; `None` for a file.
     pub server: Option<ServerState>,
     /// Schema of the database; `None` if no migration has run.
@@ -109,6 +111,7 @@ pub async fn examine_to(data_dir: &Path, depth: &Depth) -> Result<Examination, S
     Ok(Examination {
         engine: ("SQLite", sqlite_version),
         newest_schema: own_schema(),
+        usable_from: None,
         server: None,
         schema,
         structural_faults,

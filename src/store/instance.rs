@@ -2,11 +2,13 @@
 //! connections of its own, so that no other work holds it up.
 
 use std::fmt;
+use std::io;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
+use jiff::Timestamp;
 use sqlx::Error;
 use sqlx::postgres::{PgConnectOptions, PgListener, PgPool};
 use tokio::sync::broadcast;
@@ -15,13 +17,16 @@ use tokio_util::sync::CancellationToken;
 use super::StoreError;
 use super::error::Doing;
 use super::leases::{HeldLease, Renewed, Signal};
-use super::postgres::pool;
+use super::postgres::{TakenOver, pool};
+use super::postgres_form::own_form;
 use super::presence::Presence;
 
 /// Longest time of one renewal. A later one begins well before the leases end.
 const RENEWED_WITHIN: Duration = Duration::from_secs(4);
 /// How long the end of the service waits for its last word.
 const LEFT_WITHIN: Duration = Duration::from_secs(1);
+/// A slower answer does not tell the time of the server well.
+const TOLD_WITHIN: Duration = Duration::from_millis(500);
 /// Time between two attempts to listen.
 const LISTEN_AGAIN: Duration = Duration::from_secs(1);
 /// Signals that a slow follower may miss; it looks every second anyway.
@@ -39,6 +44,8 @@ pub(super) struct Instance {
     presence: Presence,
     signals: broadcast::Sender<Signal>,
     key_changes: Arc<AtomicU64>,
+    /// The time of the server, and when it was heard.
+    server_time: Arc<Mutex<Option<(Instant, Timestamp)>>>,
     stop: CancellationToken,
 }
 
@@ -54,6 +61,13 @@ struct Moved {
     cancel_requested: i64,
 }
 row!(Moved { job_id, cancel_requested });
+
+/// What the server says to a service that lives.
+struct Beaten {
+    now_us: i64,
+    usable_from: i64,
+}
+row!(Beaten { now_us, usable_from });
 
 impl Instance {
     /// Enters the service under a name that was never used before, and begins to listen. The data directory tells the
@@ -82,6 +96,7 @@ impl Instance {
             presence,
             signals: broadcast::Sender::new(SIGNALS_KEPT),
             key_changes: Arc::default(),
+            server_time: Arc::default(),
             stop: CancellationToken::new(),
         };
         instance.beat().await.doing("entering this service")?;
@@ -106,22 +121,52 @@ impl Instance {
         self.key_changes.load(Ordering::SeqCst)
     }
 
-    /// Says that this service lives.
+    /// The time of the server, and when it was heard.
+    pub(super) fn server_time(&self) -> Option<(Instant, Timestamp)> {
+        *self.server_time.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Says that this service lives, and hears what time it is.
     async fn beat(&self) -> Result<(), Error> {
         let (name, host, version) = (&*self.name, &*self.host, env!("CARGO_PKG_VERSION"));
-        let process = i64::from(std::process::id());
+        let (process, knows) = (i64::from(std::process::id()), own_form());
         let mut connection = self.connections.acquire().await?;
-        let done: Result<u64, Error> = postgres!(
+        let asked = Instant::now();
+        let beaten: Beaten = postgres!(
             &mut *connection,
-            execute,
-            "INSERT INTO instances (id, version, host, process) VALUES ($1, $2, $3, $4)
-             ON CONFLICT (id) DO UPDATE SET seen_at = clock_timestamp()",
+            one(Beaten),
+            "INSERT INTO instances (id, version, host, process, knows) VALUES ($1, $2, $3, $4, $5)
+             ON CONFLICT (id) DO UPDATE SET seen_at = clock_timestamp()
+             RETURNING CAST(extract(epoch FROM seen_at) * 1000000 AS BIGINT) AS \"now_us!\",
+                 (SELECT usable_from FROM service) AS \"usable_from!\"",
             name,
             version,
             host,
-            process
-        );
-        done.map(drop)
+            process,
+            knows
+        )?;
+        self.hear_time(beaten.now_us, asked.elapsed());
+        if beaten.usable_from > knows {
+            // It was away while that happened: otherwise the newer version would have been refused.
+            tracing::error!(
+                usable_from = beaten.usable_from,
+                knows,
+                "a newer version has changed the database so that this service cannot use it"
+            );
+            self.presence.note_taken_over();
+            return Err(io::Error::other(TakenOver).into());
+        }
+        Ok(())
+    }
+
+    /// Notes the time of the server, in microseconds since 1970, after an answer that took so long. It is late by a part
+    /// of that.
+    fn hear_time(&self, now_us: i64, took: Duration) {
+        let Ok(time) = Timestamp::from_microsecond(now_us) else { return };
+        let mut known = self.server_time.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.is_none() || took < TOLD_WITHIN {
+            *known = Some((Instant::now(), time));
+        }
     }
 
     /// Says that this service lives, and moves the ends of these leases.

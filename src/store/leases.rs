@@ -3,7 +3,9 @@
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
+use std::time::Instant;
 
+use jiff::Timestamp;
 use serde::Serialize;
 use tokio::sync::broadcast;
 
@@ -83,6 +85,37 @@ impl Store {
             #[cfg(not(feature = "scale-out"))]
             Some(never) => match *never {},
         }
+    }
+
+    /// The time of the database's server, and when it was last heard, if several services share the database: its clock
+    /// counts for all of them.
+    #[must_use]
+    pub fn server_time(&self) -> Option<(Instant, Timestamp)> {
+        let instance = self.instance.as_ref()?;
+        #[cfg(feature = "scale-out")]
+        return instance.server_time();
+        #[cfg(not(feature = "scale-out"))]
+        match *instance {}
+    }
+
+    /// Removes what is known of services that ended more than a day ago, and counts them. A service that still has a
+    /// lease stays known: whether it has died decides about its jobs.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn forget_services(&self) -> Result<u64, StoreError> {
+        self.write_apart("forgetting services that ended", |tx| {
+            Box::pin(async move {
+                sql!(
+                    tx,
+                    execute,
+                    postgres "DELETE FROM instances i
+                              WHERE greatest(i.seen_at, i.stopped_at) < clock_timestamp() - INTERVAL '1 day'
+                                AND NOT EXISTS (SELECT 1 FROM job_leases l WHERE l.holder = i.id)"
+                )
+            })
+        })
+        .await
     }
 
     /// Says that this service lives, and keeps these jobs for another 30 s.

@@ -44,6 +44,8 @@ mod postgres_examination;
 #[cfg(feature = "scale-out")]
 mod postgres_fault;
 #[cfg(feature = "scale-out")]
+mod postgres_form;
+#[cfg(feature = "scale-out")]
 mod postgres_opening;
 #[cfg(feature = "scale-out")]
 mod postgres_rows;

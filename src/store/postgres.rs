@@ -17,14 +17,15 @@ use sqlx::{Connection, Either, Error, Execute, Executor, Postgres, SqlStr};
 
 use super::StoreError;
 use super::error::Doing;
-use super::presence::Presence;
+use super::postgres_fault::is_read_only;
+use super::presence::{Presence, writes};
 use super::sql::{On, Tx};
 use crate::meter;
 
 /// Longest time for a connection, from the pool or from the server, as for a file.
 const CONNECTED_WITHIN: Duration = Duration::from_secs(10);
 /// Longest time in which a connection that was idle shows that it still works.
-const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
+pub(super) const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
 /// Longest time of one statement that reads, and of one transaction that writes. The server's own limits are shorter,
 /// so that it has given up before.
 const READ_WITHIN: Duration = Duration::from_secs(40);
@@ -53,33 +54,39 @@ pub(super) async fn pool(
     count: u32,
     presence: &Presence,
 ) -> Result<PgPool, StoreError> {
-    let presence = presence.clone();
+    let (presence, known) = (presence.clone(), presence.clone());
     PgPoolOptions::new()
         .max_connections(count)
         .acquire_timeout(CONNECTED_WITHIN)
         .idle_timeout(None)
         .max_lifetime(None)
         .test_before_acquire(false)
-        // The pool's own test waits for ever if the server has gone away without a word.
-        .before_acquire(|connection, _| Box::pin(async move { Ok(answers(connection).await) }))
+        // The pool's own test waits for ever if the server has gone away without a word. A connection from before an
+        // outage may lead to a server that was left, or that only reads.
+        .before_acquire(move |connection, of| {
+            let is_trusted = known.trusts(of.age);
+            Box::pin(async move { Ok(is_trusted && answers(connection).await) })
+        })
         // The pool asks a connection that comes back too, and waits as long: one to a server that is away goes at once.
         .after_release(move |_, _| {
             let is_here = presence.is_here();
             Box::pin(async move { Ok(is_here) })
         })
-        .after_connect(|connection, _| Box::pin(write_through(connection)))
+        .after_connect(|connection, _| Box::pin(begin(connection)))
         .connect_with(options)
         .await
         .doing("connecting to the database")
 }
 
 /// Whether a connection works.
-pub(super) async fn answers(connection: &mut PgConnection) -> bool {
+async fn answers(connection: &mut PgConnection) -> bool {
     matches!(tokio::time::timeout(ANSWERED_WITHIN, connection.ping()).await, Ok(Ok(())))
 }
 
-/// What is acknowledged has to be on the disk, whatever the server does for others.
-async fn write_through(connection: &mut PgConnection) -> Result<(), Error> {
+/// Begins a session: at a server that writes, and what is acknowledged has to be on the disk, whatever the server does
+/// for others.
+async fn begin(connection: &mut PgConnection) -> Result<(), Error> {
+    writes(connection).await?;
     let text = "SELECT set_config('synchronous_commit', 'on', false) \
                 WHERE current_setting('synchronous_commit') = 'off'";
     sqlx::query(text).execute(connection).await.map(drop)
@@ -326,8 +333,10 @@ impl PgWriter {
 fn ends_the_connection(fault: &Error) -> bool {
     match fault {
         Error::Io(_) | Error::Tls(_) | Error::Protocol(_) => true,
-        // `read_only_sql_transaction`: after a failover the connection leads to the server that was left.
-        Error::Database(fault) => fault.code().is_some_and(|code| code == "25006" || code.starts_with("57P")),
+        // After a failover the connection leads to the server that was left.
+        Error::Database(state) => {
+            is_read_only(fault) || state.code().is_some_and(|code| code.starts_with("57P"))
+        }
         _ => false,
     }
 }

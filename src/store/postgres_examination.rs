@@ -8,7 +8,8 @@ use sqlx::{AssertSqlSafe, Connection, Error, Executor, PgConnection};
 
 use super::error::Doing;
 use super::examination::{compared, there};
-use super::postgres_opening::{DATABASE_ID, Server, own_form, schema};
+use super::postgres_form::{own_form, schema, usable_from};
+use super::postgres_opening::{DATABASE_ID, Server};
 use super::postgres_rows::{AT_ONE_MOMENT, READ_WITHIN, WITHOUT_LIMITS, deep};
 use super::postgres_schema::differences;
 use super::stored_file::is_folder;
@@ -93,6 +94,7 @@ impl Server<'_> {
             Ok(Some(Examination {
                 engine: ("PostgreSQL", server.0),
                 newest_schema: own_form(),
+                usable_from: usable_from(&mut session).await.doing(doing)?,
                 server: Some(server.1),
                 schema: Some(schema),
                 structural_faults: rows.switched_off,

@@ -13,9 +13,9 @@ use sqlx::{Connection, Error, Executor};
 use super::error::Doing;
 use super::file_rows::FileRows;
 use super::instance::Instance;
-use super::migrations::{newest, of_postgres};
 use super::postgres::{Holder, PgReaders, PgWriter, with_limits};
-use super::presence::{Presence, TRY_LOCK, TRY_SHARED_LOCK};
+use super::postgres_form::{accept_newer, migrate, own_form, schema};
+use super::presence::{Presence, TRY_LOCK, TRY_SHARED_LOCK, writes};
 use super::sqlite::{is_empty, no_files_beside};
 use super::{DATABASE_NAME, StoreError};
 use crate::config::{DatabaseAddress, FilesIn, Settings};
@@ -64,10 +64,6 @@ impl Purpose {
         self == Self::Service(FilesIn::Postgres)
     }
 }
-
-/// The present schema, if a migration has run.
-const SCHEMA: &str = "SELECT MAX(version) FROM _sqlx_migrations WHERE success";
-const HAS_SCHEMA: &str = "SELECT to_regclass('_sqlx_migrations') IS NOT NULL";
 
 impl<'a> Server<'a> {
     /// The server at this address, with the password that the settings name.
@@ -156,6 +152,7 @@ impl Server<'_> {
         }
         let options = self.options()?;
         let mut session = self.session(&options).await?;
+        self.within(writes(&mut session)).await?;
         self.lock(&mut session, purpose).await?;
         one_after_the_other(&mut session).await?;
         migrate(&mut session).await?;
@@ -201,6 +198,7 @@ impl Server<'_> {
     ) -> Result<(PgConnectOptions, PgConnection), StoreError> {
         let options = self.options()?;
         let mut session = self.session(&options).await?;
+        self.within(writes(&mut session)).await?;
         self.lock(&mut session, Purpose::Command).await?;
         one_after_the_other(&mut session).await?;
         migrate(&mut session).await?;
@@ -228,7 +226,9 @@ impl Server<'_> {
         let options = self.options()?;
         let mut session = self.session(&options).await?;
         let (found, needed) = (schema(&mut session).await?.unwrap_or_default(), own_form());
-        if found != needed {
+        if found > needed {
+            accept_newer(&mut session, found).await?;
+        } else if found < needed {
             return Err(StoreError::OtherForm { found, needed });
         }
         let presence = Presence::here();
@@ -302,36 +302,6 @@ async fn choose_files(session: &mut PgConnection, files: FilesIn) -> Result<(), 
     let found: String =
         sqlx::query_scalar("SELECT files FROM service").fetch_one(session).await.doing(doing)?;
     if found == asked { Ok(()) } else { Err(StoreError::FilesElsewhere { found, asked }) }
-}
-
-/// The newest schema of this version on PostgreSQL.
-pub(super) fn own_form() -> i64 {
-    newest(&of_postgres())
-}
-
-/// The newest schema that a migration has made; `None` if no migration has run.
-pub(super) async fn schema(session: &mut PgConnection) -> Result<Option<i64>, StoreError> {
-    let doing = "asking for the schema of the database";
-    if !sqlx::query_scalar::<_, bool>(HAS_SCHEMA).fetch_one(&mut *session).await.doing(doing)? {
-        return Ok(None);
-    }
-    sqlx::query_scalar(SCHEMA).fetch_one(session).await.doing(doing)
-}
-
-/// Updates the database to the newest form, unless a newer version has made it.
-async fn migrate(session: &mut PgConnection) -> Result<(), StoreError> {
-    let ours = own_form();
-    match schema(session).await? {
-        Some(found) if found == ours => return Ok(()),
-        Some(found) if found > ours => return Err(StoreError::Newer { found, ours }),
-        _ => {}
-    }
-    let doing = "setting how long a migration may take";
-    session.execute("SET statement_timeout = 0").await.doing(doing)?;
-    // The lock of the service is enough: another one would make plants that share a database wait for each other.
-    of_postgres().set_locking(false).run(&mut *session).await?;
-    session.execute("RESET statement_timeout").await.doing(doing)?;
-    Ok(())
 }
 
 /// Notes in the data directory to which database its files belong, or refuses a directory of another one: the sweep at

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use sqlx::{AssertSqlSafe, Connection, Error, Executor, PgConnection};
 
 use super::migrations::of_postgres;
-use super::postgres_opening::own_form;
+use super::postgres_form::own_form;
 use super::postgres_rows::WITHOUT_LIMITS;
 
 /// Everything in the present schema: its table (empty for functions), its kind, its name, and its definition without

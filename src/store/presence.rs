@@ -9,8 +9,8 @@
 use std::fmt;
 use std::future::Future;
 use std::io;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{Connection, Error};
@@ -18,8 +18,8 @@ use tokio::sync::watch;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
-use super::postgres::{Holder, answers};
-use super::postgres_fault::reason;
+use super::postgres::{ANSWERED_WITHIN, Holder};
+use super::postgres_fault::{is_read_only, reason};
 
 /// Time between two questions.
 const EVERY: Duration = Duration::from_secs(1);
@@ -42,6 +42,8 @@ enum State {
 #[derive(Clone)]
 pub(super) struct Presence {
     state: watch::Sender<State>,
+    /// Connections that are older may lead to another server than the one that is there now.
+    trusted_since: Arc<Mutex<Instant>>,
     stop: CancellationToken,
     tasks: TaskTracker,
 }
@@ -57,6 +59,7 @@ impl Presence {
     pub(super) fn here() -> Self {
         Self {
             state: watch::Sender::new(State::Here),
+            trusted_since: Arc::new(Mutex::new(Instant::now())),
             stop: CancellationToken::new(),
             tasks: TaskTracker::new(),
         }
@@ -81,6 +84,17 @@ impl Presence {
         *self.state.borrow() == State::Here
     }
 
+    /// Whether a connection of this age leads to the server that is there now, as far as is known.
+    pub(super) fn trusts(&self, age: Duration) -> bool {
+        let since = *self.trusted_since.lock().unwrap_or_else(PoisonError::into_inner);
+        age <= since.elapsed()
+    }
+
+    /// No connection of before is used again: the address may lead to another server now.
+    fn distrust_connections(&self) {
+        *self.trusted_since.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
+    }
+
     /// Another service has the database.
     pub(super) fn note_taken_over(&self) {
         self.state.send_replace(State::TakenOver);
@@ -103,7 +117,12 @@ impl Presence {
             // First: nothing begins on a server that is known to be away.
             biased;
             fault = self.refuses_after(limit) => Err(fault),
-            done = call => done,
+            done = call => {
+                if done.as_ref().is_err_and(is_read_only) {
+                    self.distrust_connections();
+                }
+                done
+            }
         }
     }
 
@@ -152,7 +171,7 @@ impl Watching {
                 () = tokio::time::sleep(pause) => {}
             }
             let answered = match session.as_mut() {
-                Some(session) => answers(session).await,
+                Some(session) => writes_in_time(session).await,
                 None => false,
             };
             if !answered {
@@ -176,6 +195,7 @@ impl Watching {
                 if *self.presence.state.borrow() != State::Here {
                     tracing::info!("the database server answers again");
                 }
+                self.presence.distrust_connections();
                 self.presence.note(State::Here);
                 Some(session)
             }
@@ -201,16 +221,29 @@ impl Watching {
         // A session of before may still have the lock, as long as the server does not know that it is dead.
         let lock = if self.holder == Holder::Several { TRY_SHARED_LOCK } else { TRY_LOCK };
         let _whether: bool = sqlx::query_scalar(lock).fetch_one(&mut session).await?;
-        let writes: bool =
-            sqlx::query_scalar("SELECT NOT pg_is_in_recovery()").fetch_one(&mut session).await?;
-        if !writes {
-            return Err(Error::Io(io::Error::other("it is a standby that does not write")));
-        }
+        writes(&mut session).await?;
         let Holder::Alone(own) = &self.holder else { return Ok((session, true)) };
         let present: String =
             sqlx::query_scalar("SELECT instance FROM service").fetch_one(&mut session).await?;
         Ok((session, &present == own))
     }
+}
+
+/// Whether the server of a session writes.
+///
+/// # Errors
+/// It is a standby, or it does not answer.
+pub(super) async fn writes(session: &mut PgConnection) -> Result<(), Error> {
+    let is_standby: bool = sqlx::query_scalar("SELECT pg_is_in_recovery()").fetch_one(session).await?;
+    if is_standby {
+        return Err(Error::Io(io::Error::other("it is a standby that does not write")));
+    }
+    Ok(())
+}
+
+/// Whether the server of a session answers soon that it writes.
+async fn writes_in_time(session: &mut PgConnection) -> bool {
+    matches!(tokio::time::timeout(ANSWERED_WITHIN, writes(session)).await, Ok(Ok(())))
 }
 
 /// Takes the lock of the service for the session, if it is free. The key is that of the schema, so that several plants

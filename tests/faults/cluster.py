@@ -11,7 +11,6 @@ TRUNNION_TEST_FSYNC=on.
 
 import collections
 import concurrent.futures
-import hashlib
 import os
 import pathlib
 import random
@@ -22,6 +21,8 @@ import sys
 import threading
 import time
 
+import plant
+from plant import EMPTY_S, MIDDLE, SCOPES, SHORT, Load, ready, within
 from service import Service, cc_job, program, workplace
 
 LOAD_S = float(os.environ.get("TRUNNION_CLUSTER_S", "300"))
@@ -34,7 +35,6 @@ SERVER = pathlib.Path(os.environ["TRUNNION_TEST_POSTGRES"]) / "data"
 BIN = sorted(pathlib.Path("/usr/lib/postgresql").glob("*/bin"))[-1]
 PORTS = [8931, 8932, 8933]
 ALONE_PORT = 8934
-SCOPES = ["read", "compute", "machines", "calibrations", "admin"]
 # What is promised.
 REVOKED_S, CANCELLED_S, LAST_EVENT_S, RELEASED_S, TAKEN_UP_S = 1.0, 6.0, 1.5, 2.0, 35.0
 # What is promised of an outage: all are ready so soon after it; a key that is known counts so long; jobs stop so long after
@@ -43,34 +43,16 @@ READY_S, TRUSTED_S, STOPS_S, RENEWED_EVERY_S, LATE_S = 5.0, 30.0, 20.0, 5.0, 2.0
 # How long a service stands still: longer than a lease.
 STOPPED_S = 60
 KILL_EVERY_S = 1.0
-# Longest wait for the queue to empty at the end.
-EMPTY_S = 900
 # Jobs that may be hit by eight deaths in spite of their innocence, five of them while they were alone.
 MOST_PARKED = 1
-CLIENTS = 6
-SHORT = [program(300, salt) for salt in range(1, 21)]
-MIDDLE = [program(20_000, salt) for salt in range(21, 24)]
 
 
 def psql(text):
-    done = subprocess.run(["psql", "-XAtq", "-v", "ON_ERROR_STOP=1", DATABASE, "-c", text], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    return plant.psql(DATABASE, text)
 
 
 def count(of):
     return int(psql(f"SELECT count(*) FROM {of}"))
-
-
-def within(limit_s, what, is_so):
-    """How long it took until something was so."""
-    began = time.monotonic()
-    while not is_so():
-        assert time.monotonic() - began < limit_s, f"{what}: not within {limit_s} s"
-        time.sleep(0.02)
-    took_s = time.monotonic() - began
-    assert took_s < limit_s, f"{what}: {took_s:.2f} s, not within {limit_s} s"
-    return took_s
 
 
 class Cluster:
@@ -100,14 +82,6 @@ class Cluster:
         within(60, "the beginning of a job", lambda: self.holder(id))
         holder = self.holder(id)
         return id, holder, [s for s in self.services if s is not holder]
-
-
-def ready(service):
-    try:
-        return service.ask("GET", "/readyz", timeout=5).status == 200
-    except OSError:
-        assert service.process.poll() is None, service.logged()[-2000:]
-        return False
 
 
 def one_key_is_one_job(cluster):
@@ -260,64 +234,10 @@ def the_database_is_away(cluster, load, chance, text):
         posted = lambda: service.post_job(cc_job(), SHORT[0]).status == 202  # noqa: E731
         within(2 * READY_S, f"a job posted to {service.port} after the outage", posted)
     load.end(clients)
-    assert not load.wrong, load.wrong[:3]
-
-
-class Load:
-    """Clients that post to any service until they are answered, and what was acknowledged."""
-
-    def __init__(self, cluster):
-        self.cluster, self.lock = cluster, threading.Lock()
-        self.number, self.kept, self.sent, self.wrong = 0, {}, {}, []
-        self.stop = threading.Event()
-
-    def begin(self, chance):
-        self.stop.clear()
-        clients = [threading.Thread(target=self.client, args=(random.Random(chance.random()),)) for _ in range(CLIENTS)]
-        for client in clients:
-            client.start()
-        return clients
-
-    def end(self, clients):
-        self.stop.set()
-        for client in clients:
-            client.join(120)
-            assert not client.is_alive(), "a client is never answered"
-
-    def client(self, chance):
-        while not self.stop.is_set():
-            with self.lock:
-                self.number += 1
-                key = f"load-{self.number}"
-            text = chance.choice(MIDDLE) if chance.random() < 0.05 else chance.choice(SHORT)
-            self.sent[key] = hashlib.sha256(text).hexdigest()
-            self.until_kept(key, text, chance)
-            time.sleep(chance.uniform(0.0, 0.1))
-
-    def until_kept(self, key, text, chance):
-        while True:
-            try:
-                service = chance.choice(self.cluster.services)
-                answer = service.post_job(cc_job(key), text, key)
-            except OSError:
-                answer = None
-            except Exception as fault:  # noqa: BLE001, the answer was cut off
-                answer = None if "Incomplete" in repr(fault) or "BadStatus" in repr(fault) else fault
-            if answer is not None and not isinstance(answer, Exception):
-                if answer.status in (200, 202):
-                    self.kept[key] = answer.document["id"]
-                    return
-                if answer.status != 503:
-                    self.wrong.append((key, answer))
-                    return
-            elif answer is not None:
-                self.wrong.append((key, answer))
-                return
-            time.sleep(0.05)
 
 
 def killed_under_load(cluster, chance):
-    load = Load(cluster)
+    load = Load(cluster.services)
     clients = load.begin(chance)
     kills, end = 0, time.monotonic() + LOAD_S
     while time.monotonic() < end:

@@ -107,6 +107,9 @@ impl Shared {
         let (began, held) = (Instant::now(), self.running.held());
         let renewed = self.store.renew(&held).await?;
         self.contact.note(began);
+        if let Some((at, time)) = self.store.server_time() {
+            self.sources.clock.hear(at, time);
+        }
         for lease in &held {
             if renewed.held.contains(&lease.id) {
                 self.running.renewed(lease, began);
@@ -161,7 +164,7 @@ impl Shared {
         }
     }
 
-    /// Removes files that no job names, and copies that nobody has needed for long.
+    /// Removes files that no job names, copies that nobody has needed for long, and services that ended long ago.
     async fn tidy_copies(self: Arc<Self>) {
         loop {
             let blobs = self.spool.blobs().clone();
@@ -169,6 +172,9 @@ impl Shared {
                 Ok(0) => {}
                 Ok(files) => tracing::info!(files, "removed files that no job names"),
                 Err(fault) => tracing::warn!(error = %fault, "files that no job names are not removed yet"),
+            }
+            if let Err(fault) = self.store.forget_services().await {
+                tracing::warn!(error = %fault, "services that ended long ago are not forgotten yet");
             }
             let removed = tokio::task::spawn_blocking(move || blobs.remove_copies(COPIES_STAY)).await;
             if let Ok(Err(fault)) = removed {
