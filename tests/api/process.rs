@@ -7,7 +7,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use trunnion::config::{ENVIRONMENT, Flags, Settings};
 
-use crate::database::address_of;
+use crate::database::{address_of, bucket_server};
 
 pub(crate) fn binary(data: &TempDir) -> Command {
     let mut command = unset();
@@ -26,6 +26,8 @@ pub(crate) fn unset() -> Command {
             command.env_remove(name);
         }
     }
+    // But the server of the bucket, which only matters where files are in it.
+    command.envs(bucket_server().map(|address| ("TRUNNION_FILES_ENDPOINT", address)));
     command
 }
 
