@@ -348,16 +348,15 @@ impl SharedFiles {
     /// list of the bucket names an upload.
     ///
     /// # Errors
-    /// The database failed.
+    /// The database failed, or the server of the bucket does not answer: no row should go then, because its object would
+    /// stay.
     pub(super) async fn end_uploads(&self) -> Result<(), StoreError> {
         let Bytes::Objects(objects) = &self.bytes else { return Ok(()) };
+        objects.check().await?;
         let doing = "looking for uploads that have not ended";
         let begun = self.presence.within(PARTS_WITHIN, self.uploads()).await.doing(doing)?;
         for Upload { object_key, upload_id } in begun {
-            if let Err(fault) = objects.abort(&object_key, &upload_id).await {
-                tracing::warn!(error = %fault, "an upload that has not ended stays in the bucket for now");
-                return Ok(());
-            }
+            objects.abort(&object_key, &upload_id).await?;
             let ended = self.presence.within(PARTS_WITHIN, self.note_upload(&object_key, None)).await;
             ended.doing("noting that an upload has ended")?;
         }

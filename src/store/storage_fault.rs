@@ -29,8 +29,8 @@ pub enum StorageFault {
     Away,
     /// The server of the bucket does not answer, or refuses.
     #[error(
-        "the server of the files does not do what it should. Start it, or check the network, its address and the keys to \
-         the bucket; the service goes on by itself when it answers"
+        "the server of the files (S3) does not answer, or refuses. Start it, or check the network, its address and the keys \
+         to the bucket; the service goes on by itself when it answers"
     )]
     NoBucket,
 }

@@ -11,12 +11,13 @@ use std::time::{Duration, Instant};
 
 use bytes::Bytes;
 use futures::stream::{BoxStream, StreamExt};
-use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey};
+use object_store::aws::{AmazonS3, AmazonS3Builder, AmazonS3ConfigKey, AwsCredential};
 use object_store::client::{HttpError, HttpErrorKind};
 use object_store::multipart::{MultipartStore, PartId};
 use object_store::path::Path;
 use object_store::{
     BackoffConfig, ClientOptions, Error, ObjectMeta, ObjectStore, ObjectStoreExt, PutPayload, RetryConfig,
+    StaticCredentialProvider,
 };
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
@@ -105,11 +106,9 @@ impl Objects {
         }
         if let Some(path) = &settings.files_credentials_file {
             let Credentials { key_id, secret, token } = Credentials::read(path)?;
-            builder = builder.with_access_key_id(key_id).with_secret_access_key(secret);
-            builder = match token {
-                Some(token) => builder.with_token(token),
-                None => builder.with_config(AmazonS3ConfigKey::Token, ""),
-            };
+            // All three at once: a token of the environment belongs to other keys.
+            let keys = AwsCredential { key_id, secret_key: secret, token };
+            builder = builder.with_credentials(Arc::new(StaticCredentialProvider::new(keys)));
         }
         let is_plain = builder
             .get_config_value(&AmazonS3ConfigKey::Endpoint)
