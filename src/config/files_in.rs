@@ -144,7 +144,7 @@ pub(super) fn endpoint_fault(text: &str) -> Option<&'static str> {
         return Some("it does not begin with https:// or http://");
     };
     if rest.contains('@') {
-        return Some("it contains a user or a password, which belong into files_credentials_file");
+        return Some("it contains a user or a password, which belong in files_credentials_file");
     }
     let is_host = |byte: u8| byte.is_ascii_alphanumeric() || b".-_:[]".contains(&byte);
     let host = rest.strip_suffix('/').unwrap_or(rest);

@@ -45,6 +45,8 @@ const PAUSE: Duration = Duration::from_secs(1);
 const AT_ONCE: usize = 4;
 /// The object that says whose files these are.
 const MARK: &str = "database.id";
+/// The reason if TLS fails.
+const TLS_FAILED: &str = "its certificate is not trusted, or TLS fails in another way";
 /// Longest part of a code of the server that is passed on \[characters\].
 const MAX_CODE: usize = 40;
 
@@ -384,8 +386,8 @@ fn reason(fault: &Error) -> String {
     }
 }
 
-/// The kind of a fault on the way to the server, and what the system says.
-fn http(fault: &Error) -> Option<(HttpErrorKind, Option<io::ErrorKind>)> {
+/// The kind of a fault on the way to the server, and what the system or TLS says.
+fn http(fault: &Error) -> Option<(HttpErrorKind, Option<String>)> {
     let mut kind = None;
     let mut next = fault.source();
     while let Some(cause) = next {
@@ -393,7 +395,10 @@ fn http(fault: &Error) -> Option<(HttpErrorKind, Option<io::ErrorKind>)> {
             kind = Some(http.kind());
         }
         if let (Some(kind), Some(system)) = (kind, cause.downcast_ref::<io::Error>()) {
-            return Some((kind, Some(system.kind())));
+            let of_tls = system.get_ref().is_some_and(|inner| inner.is::<rustls::Error>());
+            // The words of TLS may name a host.
+            let said = if of_tls { TLS_FAILED.to_owned() } else { system.kind().to_string() };
+            return Some((kind, Some(said)));
         }
         next = cause.source();
     }
