@@ -395,14 +395,20 @@ fn http(fault: &Error) -> Option<(HttpErrorKind, Option<String>)> {
             kind = Some(http.kind());
         }
         if let (Some(kind), Some(system)) = (kind, cause.downcast_ref::<io::Error>()) {
-            let of_tls = system.get_ref().is_some_and(|inner| inner.is::<rustls::Error>());
-            // The words of TLS may name a host.
-            let said = if of_tls { TLS_FAILED.to_owned() } else { system.kind().to_string() };
-            return Some((kind, Some(said)));
+            return Some((kind, Some(said(system))));
         }
         next = cause.source();
     }
     Some((kind?, None))
+}
+
+/// The kind of a fault of the system, or that it is one of TLS, whose own words may name a host.
+fn said(system: &io::Error) -> String {
+    match system.get_ref() {
+        Some(inner) if inner.is::<rustls::Error>() => TLS_FAILED.to_owned(),
+        Some(inner) => inner.downcast_ref().map_or_else(|| system.kind().to_string(), said),
+        None => system.kind().to_string(),
+    }
 }
 
 /// A word of the text of a fault that has nothing but letters and digits.
@@ -432,6 +438,15 @@ mod tests {
         ] {
             assert!(!is_object(name), "{name}");
         }
+    }
+
+    #[test]
+    fn a_fault_of_tls_is_found_within_others_and_named_without_its_words() {
+        let refused = || io::Error::from(io::ErrorKind::ConnectionRefused);
+        assert_eq!(said(&refused()), "connection refused");
+        assert_eq!(said(&io::Error::other(refused())), "connection refused");
+        let of_tls = io::Error::other(rustls::Error::General("s3.plant.example".to_owned()));
+        assert_eq!(said(&io::Error::other(of_tls)), TLS_FAILED);
     }
 
     #[test]
