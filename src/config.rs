@@ -4,6 +4,7 @@
 mod allowed;
 mod database_address;
 mod environment;
+mod files_in;
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use thiserror::Error;
 pub use allowed::{AllowedReceiver, NoReceiver};
 pub use database_address::DatabaseAddress;
 pub use environment::unknown_variables;
+pub use files_in::{Bucket, FilesIn, NoPlace};
 
 /// Declares each setting once: the field, its type, its default, the name of its environment variable, and
 /// further attributes of its flag.
@@ -79,9 +81,16 @@ settings! {
     database: Option<DatabaseAddress> = None, "TRUNNION_DATABASE", [hide_env_values = true];
     /// File with the password of the database; it overrides a password in the address
     database_password_file: Option<PathBuf> = None, "TRUNNION_DATABASE_PASSWORD_FILE";
-    /// Where programs and results are kept: `directory` is the data directory, `postgres` the database. Several services
-    /// can share a database only with `postgres`; the data directory then has copies
+    /// Where programs and results are kept: `directory` is the data directory, `postgres` the database,
+    /// `s3://BUCKET/PREFIX` a bucket of S3. Several services can share a database only with the last two; the data
+    /// directory then has copies
     files: FilesIn = FilesIn::Directory, "TRUNNION_FILES";
+    /// Address of the server of the bucket, such as `https://s3.plant.example:9000`; without it, the bucket is one of
+    /// Amazon's in the region `AWS_REGION`
+    files_endpoint: Option<String> = None, "TRUNNION_FILES_ENDPOINT";
+    /// File with the keys to the bucket, in lines such as `aws_access_key_id = …`; without it, the usual variables such as
+    /// `AWS_ACCESS_KEY_ID` count
+    files_credentials_file: Option<PathBuf> = None, "TRUNNION_FILES_CREDENTIALS_FILE";
     /// Serve on an address that other computers can reach even though no API key exists
     insecure: bool = false, "TRUNNION_INSECURE", [num_args = 0..=1, require_equals = true, default_missing_value = "true"];
     /// File (PEM) with the certificate and its chain; together with `tls_key` it switches TLS on
@@ -200,27 +209,6 @@ fn is_log_directive(directive: &str) -> bool {
     }
 }
 
-/// Where programs and results are kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "snake_case")]
-pub enum FilesIn {
-    /// In the data directory.
-    Directory,
-    /// In rows of the database.
-    Postgres,
-}
-
-impl FilesIn {
-    /// The word of the setting.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Directory => "directory",
-            Self::Postgres => "postgres",
-        }
-    }
-}
-
 /// Form of the log lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
@@ -291,10 +279,18 @@ pub enum ConfigFault {
     },
     /// Files in a database that is no server.
     #[error(
-        "files = postgres keeps files in a database on a server, but database is not set: set database, or leave files \
-         out"
+        "files = {files} needs a database on a server, but database is not set: set database, or leave files out"
     )]
-    FilesWithoutDatabase,
+    FilesWithoutDatabase {
+        /// The setting.
+        files: FilesIn,
+    },
+    /// The setting `files_endpoint` is no address.
+    #[error("files_endpoint cannot be used: {why}")]
+    Endpoint {
+        /// What is wrong, without a word of the address.
+        why: &'static str,
+    },
     /// The setting `database` is not a valid address.
     #[error("database cannot be used: {why}")]
     Database {
@@ -405,8 +401,11 @@ impl Settings {
         if let Some(why) = self.database.as_ref().and_then(DatabaseAddress::fault) {
             return Err(ConfigFault::Database { why });
         }
-        if self.files == FilesIn::Postgres && self.database.is_none() {
-            return Err(ConfigFault::FilesWithoutDatabase);
+        if self.files.is_shared() && self.database.is_none() {
+            return Err(ConfigFault::FilesWithoutDatabase { files: self.files.clone() });
+        }
+        if let Some(why) = self.files_endpoint.as_deref().and_then(files_in::endpoint_fault) {
+            return Err(ConfigFault::Endpoint { why });
         }
         // A lenient reader takes a meaningless directive for a target that does not exist, and the log stays
         // empty.

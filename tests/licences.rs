@@ -56,7 +56,7 @@ fn expressions_are_read_as_they_are_meant() {
 }
 
 #[test]
-fn without_scale_out_no_crate_for_postgresql_is_built() {
+fn without_scale_out_no_crate_for_postgresql_or_s3_is_built() {
     let tree = |features: &[&str]| {
         let call = Command::new(env!("CARGO"))
             .args([
@@ -75,6 +75,8 @@ fn without_scale_out_no_crate_for_postgresql_is_built() {
             .output();
         String::from_utf8(call.expect("cargo tree").stdout).expect("UTF-8")
     };
-    assert!(!tree(&[]).contains("sqlx-postgres"));
-    assert!(tree(&["--features", "scale-out"]).contains("sqlx-postgres"));
+    let (without, with) = (tree(&[]), tree(&["--features", "scale-out"]));
+    for name in ["sqlx-postgres", "object_store", "reqwest"] {
+        assert!(!without.contains(name) && with.contains(name), "{name}");
+    }
 }

@@ -43,8 +43,13 @@ fn of_the_server(settings: &Settings, address: &DatabaseAddress, target: &Path) 
     )?;
     say(&format!("mkdir {target}"))?;
     say(&format!("pg_dump --format=custom --file {target}/trunnion.dump --dbname {address}"))?;
-    if settings.files == FilesIn::Directory {
-        say(&format!("cp --recursive --no-clobber {data_dir} {target}/data"))?;
+    match &settings.files {
+        FilesIn::Directory => say(&format!("cp --recursive --no-clobber {data_dir} {target}/data"))?,
+        FilesIn::Postgres => {}
+        FilesIn::Objects(bucket) => {
+            let at = settings.files_endpoint.as_ref().map(|endpoint| format!(" --endpoint-url {endpoint}"));
+            say(&format!("aws s3 sync{} {bucket} {target}/files", at.unwrap_or_default()))?;
+        }
     }
     Err(CommandFault::OfTheServer { command: "backup", instead: "the commands above, or pg_basebackup" })
 }

@@ -281,14 +281,14 @@ fn database(found: &Examination, depth: &Depth, findings: &mut Findings) {
             format!("{waiting} are waiting for delivery, {given_up} were given up"),
         );
     }
-    if files.in_rows && !found.was_served && files.orphans + files.incomplete > 0 {
+    if files.shared && !found.was_served && files.orphans + files.incomplete > 0 {
         let detail = "a migration into this database did not end: run trunnion migrate --to once more";
         findings.add(Verdict::Fault, "left over", detail);
     } else if files.orphans > 0 && !found.was_served {
         findings.add(Verdict::Fault, "left over", lost(files.orphans));
     } else if files.orphans + files.incomplete > 0 {
         let goes =
-            if files.in_rows { "a service removes them after a day" } else { "the next start removes them" };
+            if files.shared { "a service removes them after a day" } else { "the next start removes them" };
         let detail = format!(
             "{} files that no row names, {} incomplete files: they belong to running requests, or {goes}",
             files.orphans, files.incomplete

@@ -68,11 +68,12 @@ pub(super) fn to_server(settings: &Settings, address: &DatabaseAddress) -> Resul
     }
     say(&format!("the database file is kept as {}", left.display()))?;
     let place = data_dir.display();
-    say(&match settings.files {
+    say(&match &settings.files {
         FilesIn::Directory => {
             format!("the files stay in {place}: the service needs this directory and database = {address}")
         }
         FilesIn::Postgres => format!("the files are in the database: {place}/blobs is no longer needed"),
+        FilesIn::Objects(bucket) => format!("the files are in {bucket}: {place}/blobs is no longer needed"),
     })
 }
 

@@ -228,6 +228,7 @@ impl From<StoreError> for Problem {
     fn from(fault: StoreError) -> Self {
         match fault {
             StoreError::Storage { fault, ref source } => Self::storage(fault, source),
+            StoreError::Objects { .. } => Self::storage(StorageFault::NoBucket, &fault),
             StoreError::Busy(ref source) => {
                 tracing::error!(error = %source, "the database is busy");
                 Self::new(ProblemType::StorageUnavailable, fault.to_string())

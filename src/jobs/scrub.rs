@@ -13,6 +13,10 @@ use tokio_util::task::TaskTracker;
 use super::Sources;
 use crate::store::{BlobFault, Blobs, DamagedFile, Pace, Store, StoreError};
 
+/// Pause before a server that did not answer is asked again for a file, and how long that goes on.
+const ASKED_AGAIN: Duration = Duration::from_secs(1);
+const SERVER_AWAY: Duration = Duration::from_mins(5);
+
 /// Time between two heads in the log.
 const BETWEEN_HEADS: Duration = Duration::from_hours(24);
 /// Time from a start to the first scrub, if the time of the last one is not known: not while clients wait for the
@@ -157,8 +161,10 @@ impl Keeping {
         let looked = tokio::task::spawn_blocking(move || {
             let mut found = (Vec::<DamagedFile>::new(), Vec::new());
             for sha256 in named {
-                match blobs.look(&sha256, &at_pace) {
+                match look(&blobs, &sha256, &at_pace) {
                     Err(BlobFault::Damaged(damaged)) => found.0.push(damaged),
+                    // A server that does not answer says nothing about a file.
+                    Err(BlobFault::Rows(fault)) if !at_pace.is_over() => return Err(fault),
                     Err(fault) if !at_pace.is_over() => found.1.push(fault.to_string()),
                     _ => {}
                 }
@@ -166,9 +172,9 @@ impl Keeping {
                     break;
                 }
             }
-            found
+            Ok(found)
         });
-        let (mut damaged, unreadable) = looked.await.map_err(io::Error::other)?;
+        let (mut damaged, unreadable) = looked.await.map_err(io::Error::other)??;
         if pace.is_over() {
             return Ok(None);
         }
@@ -183,5 +189,18 @@ impl Keeping {
         let at_s = self.sources.clock.now().as_second();
         self.blobs.soundness().scrubbed(&damaged, findings, at_s);
         Ok(Some(count))
+    }
+}
+
+/// Reads a file. As long as its server does not answer, the question is asked again, but not for ever. Blocks.
+fn look(blobs: &Blobs, sha256: &str, pace: &Pace) -> Result<(), BlobFault> {
+    let mut waited = Duration::ZERO;
+    loop {
+        let looked = blobs.look(sha256, pace);
+        if !matches!(looked, Err(BlobFault::Rows(_))) || waited >= SERVER_AWAY || pace.is_over() {
+            return looked;
+        }
+        std::thread::sleep(ASKED_AGAIN);
+        waited += ASKED_AGAIN;
     }
 }

@@ -15,7 +15,7 @@ use tokio::sync::{OwnedRwLockReadGuard, OwnedRwLockWriteGuard, RwLock};
 
 use super::draft::Draft;
 use super::marks::{Died, Marks};
-use super::sql::FileRows;
+use super::sql::SharedFiles;
 use super::stored_file::{is_folder, is_no_plain_file, open_below, verify};
 use super::writable::Writable;
 use super::{
@@ -46,7 +46,7 @@ pub enum BlobFault {
     /// A kept file is damaged.
     #[error(transparent)]
     Damaged(#[from] DamagedFile),
-    /// Files are rows of the database, and it failed.
+    /// Files are in the database or in a bucket, and one of both failed.
     #[error(transparent)]
     Rows(StoreError),
 }
@@ -61,14 +61,14 @@ impl BlobFault {
     pub fn storage(&self) -> Option<StorageFault> {
         match self {
             Self::File { source, .. } => StorageFault::of(source),
-            Self::Rows(StoreError::Storage { fault, .. }) => Some(*fault),
-            Self::NoFolder(_) | Self::Damaged(_) | Self::Rows(_) => None,
+            Self::Rows(fault) => fault.storage(),
+            Self::NoFolder(_) | Self::Damaged(_) => None,
         }
     }
 }
 
-/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for incomplete files. If the files are rows of the
-/// database, the directory has copies, which are made when they are needed.
+/// The files of one data directory: `blobs/<aa>/<sha256>`, and `spool/` for incomplete files. If the files are in the
+/// database or in a bucket, the directory has copies, which are made when they are needed.
 #[derive(Debug, Clone)]
 pub struct Blobs {
     kept: PathBuf,
@@ -80,7 +80,7 @@ pub struct Blobs {
     soundness: Arc<Soundness>,
     /// Folders below `kept` whose names are known to be on the disk.
     settled: Arc<Mutex<HashSet<PathBuf>>>,
-    rows: Option<FileRows>,
+    shared: Option<SharedFiles>,
 }
 
 /// A kept file that is open and was verified.
@@ -121,7 +121,7 @@ impl Blobs {
             writable: Arc::default(),
             soundness: Arc::default(),
             settled: Arc::default(),
-            rows: None,
+            shared: None,
         })
     }
 
@@ -195,15 +195,15 @@ impl Blobs {
     }
 
     /// Moves a draft to the name of its digest: data to disk, folder to disk, rename, name to disk. If the same bytes
-    /// are already there, nothing changes. If the files are rows of the database, the rows come first. Blocks.
+    /// are already there, nothing changes. If the directory has copies, the file itself comes first. Blocks.
     ///
     /// # Errors
     /// The file cannot be synchronised or renamed, or the database failed.
     pub fn keep(&self, draft: Draft) -> Result<Sha256Hex, BlobFault> {
-        match &self.rows {
+        match &self.shared {
             None => {}
             #[cfg(feature = "scale-out")]
-            Some(rows) => rows.keep(&draft.sha256(), draft.file.as_file(), draft.length())?,
+            Some(shared) => shared.keep(&draft.sha256(), draft.file.as_file(), draft.length())?,
             #[cfg(not(feature = "scale-out"))]
             Some(never) => match *never {},
         }
@@ -280,7 +280,7 @@ impl Blobs {
     /// It is missing, not a regular file, has other bytes, or cannot be read.
     pub fn read_sound(&self, sha256: &str) -> Result<SoundFile, BlobFault> {
         let found = match self.verified(sha256, |_| Ok(())) {
-            // Only a copy: the rows decide.
+            // Only a copy: the file itself decides.
             Err(BlobFault::Damaged(damaged)) if self.are_copies() => {
                 self.copy(damaged).and_then(|()| self.verified(sha256, |_| Ok(())))
             }
@@ -305,9 +305,9 @@ impl Blobs {
             return self.verified(sha256, each).map(drop);
         }
         let mut verifying = Verifying::new(sha256);
-        let is_there = self.read_rows(sha256, |bytes| {
+        let is_there = self.read_shared(sha256, |bytes| {
             verifying.take(bytes);
-            each(bytes.len() as u64).map_err(BlobFault::at("reading the rows of", Path::new(sha256)))
+            each(bytes.len() as u64).map_err(BlobFault::at("reading the file", Path::new(sha256)))
         })?;
         if !is_there {
             let (what, damage) = (StoredThing::File, Damage::Missing);

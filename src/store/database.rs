@@ -13,7 +13,7 @@ use super::error::Doing;
 use super::postgres::Order;
 #[cfg(feature = "scale-out")]
 use super::postgres_opening::{self, Purpose, Server};
-use super::sql::{Db, FileRows, Instance, On, PgWriter, Tx};
+use super::sql::{Db, Instance, On, PgWriter, SharedFiles, Tx};
 use super::sqlite::{self, is_empty, no_files_beside};
 use super::{DATABASE_NAME, Depth, Examination, Soundness, StoreError, StoredThing, verify_text};
 use crate::config::Settings;
@@ -28,7 +28,7 @@ pub struct Store {
     pub(super) name: Option<Arc<str>>,
     /// Set if other services may use the database too.
     pub(super) instance: Option<Instance>,
-    files: Option<FileRows>,
+    files: Option<SharedFiles>,
     writes: Arc<AtomicU64>,
     soundness: Arc<Soundness>,
 }
@@ -78,7 +78,7 @@ impl Store {
     pub async fn open_as_set(settings: &Settings, readers: u32, instance: &str) -> Result<Self, StoreError> {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {
-            let (server, purpose) = (Server::as_set(settings, address)?, Purpose::Service(settings.files));
+            let (server, purpose) = (Server::as_set(settings, address)?, Purpose::Service(&settings.files));
             let opened = server.open(&settings.data_dir, readers, instance.to_owned(), purpose);
             return Ok(Self::of_server(Box::pin(opened).await?));
         }
@@ -136,7 +136,7 @@ impl Store {
         #[cfg(feature = "scale-out")]
         if let Some(address) = &settings.database {
             let server = Server::as_set(settings, address)?;
-            return Box::pin(server.examine(settings.files, &settings.data_dir, depth)).await;
+            return Box::pin(server.examine(depth)).await;
         }
         Err(StoreError::NoServers)
     }
@@ -171,8 +171,8 @@ impl Store {
         Self { db, writer, name, instance, files, writes: Arc::default(), soundness: Arc::default() }
     }
 
-    /// Where files are kept, if they are rows of the database.
-    pub(super) fn files(&self) -> Option<&FileRows> {
+    /// Where files are kept, if they are kept for several services.
+    pub(super) fn files(&self) -> Option<&SharedFiles> {
         self.files.as_ref()
     }
 
@@ -242,13 +242,17 @@ impl Store {
         self.write(doing, work).await
     }
 
-    /// Whether the database answers.
+    /// Whether the database answers, and the bucket if files are in one.
     ///
     /// # Errors
-    /// It does not.
+    /// One of both does not.
     pub async fn check(&self) -> Result<(), StoreError> {
         let _one: i64 =
             sql!(self.db, one(_), "SELECT CAST(1 AS BIGINT) AS \"one!\"").doing("checking the database")?;
+        #[cfg(feature = "scale-out")]
+        if let Some(files) = &self.files {
+            Box::pin(files.check()).await?;
+        }
         Ok(())
     }
 

@@ -99,9 +99,9 @@ pub enum StoreError {
         /// The error of the system.
         source: std::io::Error,
     },
-    /// Others can read or change the file with the password.
+    /// Others can read or change a file with a secret.
     #[error(
-        "{file} has the mode {mode:03o}, so others can read or change the password: chmod 640 {file}",
+        "{file} has the mode {mode:03o}, so others can read or change what is secret in it: chmod 640 {file}",
         file = path.display()
     )]
     Exposed {
@@ -138,7 +138,7 @@ pub enum StoreError {
     #[error(
         "{database} is in use by trunnion {version} on {host} (process {process}) since {since}. Stop that service \
          first, or give this one a database of its own. Several services can share a database if each of them has the \
-         setting files = postgres (docs/scale-out.md)"
+         setting files = postgres, or the same bucket (docs/scale-out.md)"
     )]
     InUse {
         /// The address without a password.
@@ -161,7 +161,36 @@ pub enum StoreError {
         /// The place that the first service has chosen.
         found: String,
         /// The setting.
-        asked: &'static str,
+        asked: String,
+    },
+    /// The file with the keys to the bucket has something else in it.
+    #[error("{} cannot be used: {why}", path.display())]
+    Credentials {
+        /// Path of the file.
+        path: PathBuf,
+        /// What is wrong, without a word of the file.
+        why: String,
+    },
+    /// The bucket does not have the files of this database.
+    #[error(
+        "{bucket} does not have the files of this database: there is no {mark} in it. Name the bucket that has them with \
+         files and files_endpoint, or copy them to this one. Nothing was changed"
+    )]
+    NoObjects {
+        /// The bucket.
+        bucket: String,
+        /// The object that is missing.
+        mark: String,
+    },
+    /// The server of the bucket does not do what it should.
+    #[error(
+        "while {doing}: {reason}. The files are in a bucket: look at its server, at files_endpoint, and at the keys to it"
+    )]
+    Objects {
+        /// The action that failed.
+        doing: &'static str,
+        /// Why, in words that every caller may read.
+        reason: String,
     },
     /// A data directory was being moved to the database.
     #[error(
@@ -236,10 +265,22 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Why the server of the database does not answer, if that is the fault: in words that every caller may read.
+    /// The fault of the disk or of a server, if that is the fault.
+    #[must_use]
+    pub fn storage(&self) -> Option<StorageFault> {
+        match self {
+            Self::Storage { fault, .. } => Some(*fault),
+            Self::Objects { .. } => Some(StorageFault::NoBucket),
+            _ => None,
+        }
+    }
+
+    /// Why the server of the database or that of the files does not answer, if that is the fault: in words that every
+    /// caller may read.
     #[must_use]
     pub fn of_the_server(&self) -> Option<String> {
         match self {
+            Self::Objects { reason, .. } => Some(reason.clone()),
             #[cfg(feature = "scale-out")]
             Self::Storage { fault: StorageFault::Away, source } => {
                 Some(super::postgres_fault::reason(source))

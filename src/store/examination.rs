@@ -70,8 +70,8 @@ pub struct Files {
     pub orphans: usize,
     /// Incomplete files: of running requests, or left over.
     pub incomplete: usize,
-    /// Whether they are rows of the database.
-    pub in_rows: bool,
+    /// Whether several services have them together, in the database or in a bucket.
+    pub shared: bool,
 }
 
 /// Examines a data directory; with `digests` every file is read.

@@ -18,8 +18,6 @@ mod digest_beside;
 mod draft;
 mod error;
 mod examination;
-#[cfg(feature = "scale-out")]
-mod file_rows;
 mod filesystem;
 #[cfg(feature = "scale-out")]
 mod instance;
@@ -61,6 +59,8 @@ mod recovery;
 mod retention;
 mod revisions;
 mod rows;
+#[cfg(feature = "scale-out")]
+mod shared_files;
 mod soundness;
 mod sqlite;
 mod storage_fault;

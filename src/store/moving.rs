@@ -1,4 +1,4 @@
-//! Moves a data directory to a server of PostgreSQL: every row, and every file if files are rows there. The rows are one
+//! Moves a data directory to a server of PostgreSQL: every row, and every file if files are to be there or in a bucket. The rows are one
 //! transaction, which is compared with the file before it ends. Files come before it; a second run goes on with them.
 //! The directory is left as it is until the server has everything. Then its database file gets another name, so that no
 //! service begins with it again.
@@ -14,10 +14,10 @@ use thiserror::Error;
 
 use super::backup::examined;
 use super::error::Doing;
-use super::file_rows::FileRows;
 use super::moved_tables::{Content, ORDER, REFERS_BACK, Table};
 use super::postgres_opening::{DATABASE_ID, Server};
 use super::presence::Presence;
+use super::shared_files::SharedFiles;
 use super::sqlite::{is_empty, merged};
 use super::stored_file::{is_no_plain_file, open_below, verify};
 use super::{
@@ -46,7 +46,7 @@ pub enum MoveFault {
     /// A file is damaged.
     #[error("nothing was moved: {0}")]
     Damaged(DamagedFile),
-    /// A file could not be kept in the database.
+    /// A file could not be kept.
     #[error("nothing was moved: {0}")]
     Blob(#[from] BlobFault),
     /// A file could not be read or written.
@@ -164,7 +164,7 @@ pub async fn move_to_server(
     address: &DatabaseAddress,
     instance: &str,
 ) -> Result<Moved, MoveFault> {
-    let (data_dir, place) = (&settings.data_dir, settings.files);
+    let (data_dir, place) = (&settings.data_dir, &settings.files);
     let database = data_dir.join(DATABASE_NAME);
     let left = data_dir.join(format!("{DATABASE_NAME}{MOVED}"));
     if left.symlink_metadata().is_ok() {
@@ -186,7 +186,7 @@ pub async fn move_to_server(
         was_complete: false,
     };
     if let Some(table) = found.table {
-        let is_ours = noted(data_dir).is_some_and(|id| id == found.id) && found.files == place.as_str();
+        let is_ours = noted(data_dir).is_some_and(|id| id == found.id) && found.files == place.to_string();
         if !is_ours {
             return Err(MoveFault::Occupied { database: address.to_string(), table });
         }
@@ -195,19 +195,23 @@ pub async fn move_to_server(
         }
         moved.was_complete = true;
     }
-    let rows = match place {
-        FilesIn::Postgres => Some(FileRows::connect(options, Presence::here()).await?),
-        FilesIn::Directory => None,
+    let shared = if place.is_shared() {
+        let shared = SharedFiles::connect(options, Presence::here(), (place, settings), &found.id).await?;
+        // What an earlier run has moved is in the bucket of that run.
+        shared.enter(!moved.was_complete, instance).await?;
+        Some(shared)
+    } else {
+        None
     };
     let blobs = data_dir.join("blobs");
     let files = tokio::task::spawn_blocking(move || {
         let kept: Result<u64, MoveFault> =
-            named.iter().try_fold(0, |sum, sha256| Ok(sum + keep(&blobs, sha256, rows.as_ref())?));
-        (kept, rows)
+            named.iter().try_fold(0, |sum, sha256| Ok(sum + keep(&blobs, sha256, shared.as_ref())?));
+        (kept, shared)
     });
-    let (kept, rows) = files.await.map_err(io::Error::other).map_err(at("reading", data_dir))?;
-    if let Some(rows) = rows {
-        rows.close().await;
+    let (kept, shared) = files.await.map_err(io::Error::other).map_err(at("reading", data_dir))?;
+    if let Some(shared) = shared {
+        shared.close().await;
     }
     moved.file_bytes = kept?;
     // Before the rows are there: a run after the death of this one has to find that they are this directory's.
@@ -281,8 +285,9 @@ async fn differing(
     Ok(None)
 }
 
-/// Compares a file with its digest. If files are rows, it is kept there, and read once more. Answers its length. Blocks.
-fn keep(blobs: &Path, sha256: &str, rows: Option<&FileRows>) -> Result<u64, MoveFault> {
+/// Compares a file with its digest. If files do not stay in the directory, it is kept in their place, and read there once
+/// more. Answers its length. Blocks.
+fn keep(blobs: &Path, sha256: &str, shared: Option<&SharedFiles>) -> Result<u64, MoveFault> {
     let folder = sha256.get(..2).unwrap_or("00");
     let path = blobs.join(folder).join(sha256);
     let damaged = |damage| {
@@ -295,10 +300,10 @@ fn keep(blobs: &Path, sha256: &str, rows: Option<&FileRows>) -> Result<u64, Move
     })?;
     verify(&mut file, sha256, |_| Ok(())).map_err(at("reading", &path))?.map_err(MoveFault::Damaged)?;
     let length = file.metadata().map_err(at("asking for", &path))?.len();
-    if let Some(rows) = rows {
-        rows.keep(sha256, &file, length)?;
+    if let Some(shared) = shared {
+        shared.keep(sha256, &file, length)?;
         let mut verifying = Verifying::new(sha256);
-        rows.read(sha256, |bytes| {
+        shared.read(sha256, |bytes| {
             verifying.take(bytes);
             Ok(())
         })?;
@@ -312,7 +317,7 @@ async fn fill(
     session: &mut PgConnection,
     database: &Path,
     contents: &Contents,
-    place: FilesIn,
+    place: &FilesIn,
 ) -> Result<(), MoveFault> {
     let doing = "moving the rows";
     let mut file = DatabaseFile::open(database).await?;
@@ -346,13 +351,13 @@ fn of_table(table: &'static str, fault: Error) -> MoveFault {
 }
 
 /// Begins to fill the database; answers the name of the reference that is checked at the end only.
-async fn begin(transaction: &mut PgConnection, place: FilesIn) -> Result<String, Error> {
+async fn begin(transaction: &mut PgConnection, place: &FilesIn) -> Result<String, Error> {
     let limits = "SET LOCAL statement_timeout = 0; SET LOCAL idle_in_transaction_session_timeout = 0;
          SELECT set_config('synchronous_commit', 'on', true) WHERE current_setting('synchronous_commit') = 'off'";
     transaction.execute(limits).await?;
-    sqlx::query("UPDATE service SET files = $1").bind(place.as_str()).execute(&mut *transaction).await?;
-    if place == FilesIn::Directory {
-        // Of an earlier run that was to keep files in rows.
+    sqlx::query("UPDATE service SET files = $1").bind(place.to_string()).execute(&mut *transaction).await?;
+    if !place.is_shared() {
+        // Of an earlier run that was to keep files elsewhere.
         transaction.execute("DELETE FROM files").await?;
     }
     let name: String = sqlx::query_scalar(REFERS_BACK).fetch_one(&mut *transaction).await?;
@@ -367,7 +372,7 @@ async fn end(
     transaction: &mut PgConnection,
     file: &mut DatabaseFile,
     refers_back: &str,
-    place: FilesIn,
+    place: &FilesIn,
 ) -> Result<(), Error> {
     let text = format!(
         "SET CONSTRAINTS ALL IMMEDIATE; ALTER TABLE machine_revisions ALTER CONSTRAINT {refers_back} NOT DEFERRABLE"
@@ -387,7 +392,7 @@ async fn end(
         .execute(&mut *transaction)
         .await?;
     }
-    if place == FilesIn::Postgres {
+    if place.is_shared() {
         // Whichever service is first takes them up, and no death counts.
         sqlx::query(
             "INSERT INTO job_leases (job_id, lease, holder, lease_until)

@@ -1,7 +1,7 @@
 //! Examines a database on a server of PostgreSQL, and the files that it names, for the doctor. Services may run
 //! meanwhile.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use sqlx::{AssertSqlSafe, Connection, Error, Executor, PgConnection};
@@ -12,8 +12,10 @@ use super::postgres_form::{own_form, schema, usable_from};
 use super::postgres_opening::{DATABASE_ID, Server};
 use super::postgres_rows::{AT_ONE_MOMENT, READ_WITHIN, WITHOUT_LIMITS, deep};
 use super::postgres_schema::differences;
+use super::presence::Presence;
+use super::shared_files::SharedFiles;
 use super::stored_file::is_folder;
-use super::{Deep, Depth, Examination, Files, ServerState, Sha256Hex, StoreError, Verifying};
+use super::{Deep, Depth, Examination, Files, ServerState, Sha256Hex, StoreError};
 use crate::config::FilesIn;
 
 /// The tables of the present schema.
@@ -60,13 +62,10 @@ impl Server<'_> {
     ///
     /// # Errors
     /// The server cannot be used, or the database failed.
-    pub(super) async fn examine(
-        &self,
-        files: FilesIn,
-        data_dir: &Path,
-        depth: &Depth,
-    ) -> Result<Option<Examination>, StoreError> {
-        let mut session = self.session(&self.options()?).await?;
+    pub(super) async fn examine(&self, depth: &Depth) -> Result<Option<Examination>, StoreError> {
+        let (data_dir, files) = (&self.settings.data_dir, &self.settings.files);
+        let options = self.options()?;
+        let mut session = self.session(&options).await?;
         let doing = "examining the database";
         let examined = async {
             let Some(schema) = schema(&mut session).await? else { return Ok(None) };
@@ -82,8 +81,12 @@ impl Server<'_> {
             if let Err(fault) = placed(&place, files) {
                 server.1.faults.push(fault.to_string());
             }
-            let files = if has_files_in_rows(&mut session, &place, schema).await.doing(doing)? {
-                files_in_rows(&mut session, &named, depth.files).await.doing(doing)?
+            let files = if let Some(place) = shared_place(&mut session, &place, files, schema).await? {
+                let place = (&place, self.settings);
+                let shared = SharedFiles::connect(options, Presence::here(), place, &id).await?;
+                let found = shared_files(&mut session, &shared, &named, depth.files).await;
+                shared.close().await;
+                found?
             } else {
                 if let Err(fault) = noted(data_dir, &id) {
                     server.1.faults.push(fault.to_string());
@@ -114,20 +117,29 @@ impl Server<'_> {
     }
 }
 
-/// Whether rows have the files, or some that a move of a data directory left.
-async fn has_files_in_rows(session: &mut PgConnection, place: &str, schema: i64) -> Result<bool, Error> {
+/// The place of the files, if several services have them together, or if a move of a data directory left some.
+async fn shared_place(
+    session: &mut PgConnection,
+    place: &str,
+    asked: &FilesIn,
+    schema: i64,
+) -> Result<Option<FilesIn>, StoreError> {
     if place.is_empty() && schema == own_form() {
-        return sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM files)").fetch_one(session).await;
+        let text = "SELECT EXISTS (SELECT 1 FROM files)";
+        let some: bool = sqlx::query_scalar(text).fetch_one(session).await.doing("examining the database")?;
+        let place = if asked.is_shared() { asked.clone() } else { FilesIn::Postgres };
+        return Ok(Some(place).filter(|_| some));
     }
-    Ok(place == FilesIn::Postgres.as_str())
+    Ok(place.parse::<FilesIn>().ok().filter(FilesIn::is_shared))
 }
 
 /// Whether a service with this setting would start.
-fn placed(found: &str, asked: FilesIn) -> Result<(), StoreError> {
-    if found.is_empty() || found == asked.as_str() {
+fn placed(found: &str, asked: &FilesIn) -> Result<(), StoreError> {
+    let asked = asked.to_string();
+    if found.is_empty() || found == asked {
         return Ok(());
     }
-    Err(StoreError::FilesElsewhere { found: found.to_owned(), asked: asked.as_str() })
+    Err(StoreError::FilesElsewhere { found: found.to_owned(), asked })
 }
 
 /// Whether the files of a data directory belong to this database.
@@ -258,32 +270,47 @@ async fn named(session: &mut PgConnection) -> Result<BTreeSet<Sha256Hex>, Error>
     Ok(sqlx::query_scalar::<_, String>(NAMED).fetch_all(session).await?.into_iter().collect())
 }
 
-/// Compares the files in the rows with what jobs name; with `digests` every part is read.
-async fn files_in_rows(
+/// Compares the files that several services have together with what jobs name; with `digests` every byte is read.
+async fn shared_files(
     session: &mut PgConnection,
+    shared: &SharedFiles,
     named_before: &BTreeSet<Sha256Hex>,
     digests: bool,
-) -> Result<Files, Error> {
-    let objects: Vec<(String, String, i64)> =
-        sqlx::query_as("SELECT sha256, object_key, whole FROM files ORDER BY sha256")
+) -> Result<Files, StoreError> {
+    let doing = "examining files";
+    shared.check().await?;
+    let rows: Vec<(String, String, i64, i64)> =
+        sqlx::query_as("SELECT sha256, object_key, whole, length FROM files ORDER BY sha256")
             .fetch_all(&mut *session)
-            .await?;
+            .await
+            .doing(doing)?;
     let (mut whole, mut incomplete, mut orphans) = (BTreeSet::new(), 0, 0);
     let mut changed = Vec::new();
-    for (sha256, object, is_whole) in objects {
+    // Rows first: an object is there before its row says that it is whole.
+    let mut objects = shared.listed().await?.map(|listed| {
+        listed.into_iter().map(|object| (object.key, object.length)).collect::<BTreeMap<_, _>>()
+    });
+    for (sha256, object, is_whole, length) in rows {
+        let listed = objects.as_mut().map(|objects| objects.remove(&object));
         if is_whole == 0 {
             incomplete += 1;
             continue;
         }
         if !named_before.contains(&sha256) {
             orphans += 1;
-        } else if digests && !has_its_bytes(session, &object, &sha256).await? {
+        } else if let Some(found) = listed {
+            let Some(found) = found else { continue };
+            let is_long = i64::try_from(found).is_ok_and(|found| found == length);
+            if !is_long || (digests && !shared.is_sound(&object, &sha256).await?) {
+                changed.push((sha256.clone(), PathBuf::from(object)));
+            }
+        } else if digests && !shared.is_sound(&object, &sha256).await? {
             changed.push((sha256.clone(), PathBuf::from(object)));
         }
         whole.insert(sha256);
     }
     // Jobs may have released files meanwhile.
-    let named = named(session).await?;
+    let named = named(session).await.doing(doing)?;
     changed.retain(|(sha256, _)| named.contains(sha256));
     Ok(Files {
         named: named_before.len(),
@@ -293,25 +320,8 @@ async fn files_in_rows(
             .cloned()
             .collect(),
         changed: changed.into_iter().map(|(_, object)| object).collect(),
-        orphans,
+        orphans: orphans + objects.map_or(0, |left| left.len()),
         incomplete,
-        in_rows: true,
+        shared: true,
     })
-}
-
-async fn has_its_bytes(session: &mut PgConnection, object: &str, sha256: &str) -> Result<bool, Error> {
-    let mut verifying = Verifying::new(sha256);
-    for part in 0_i64.. {
-        let bytes: Option<Vec<u8>> =
-            sqlx::query_scalar("SELECT bytes FROM file_parts WHERE object_key = $1 AND part = $2")
-                .bind(object)
-                .bind(part)
-                .fetch_optional(&mut *session)
-                .await?;
-        match bytes {
-            Some(bytes) => verifying.take(&bytes),
-            None => break,
-        }
-    }
-    Ok(verifying.finish().is_ok())
 }

@@ -2,8 +2,7 @@
 //! command beside them.
 
 use std::future::Future;
-use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -11,11 +10,12 @@ use sqlx::postgres::{PgConnectOptions, PgConnection};
 use sqlx::{Connection, Error, Executor};
 
 use super::error::Doing;
-use super::file_rows::FileRows;
 use super::instance::Instance;
 use super::postgres::{Holder, PgReaders, PgWriter, with_limits};
 use super::postgres_form::{accept_newer, migrate, own_form, schema};
 use super::presence::{Presence, TRY_LOCK, TRY_SHARED_LOCK, writes};
+use super::private::secret_in;
+use super::shared_files::SharedFiles;
 use super::sqlite::{is_empty, no_files_beside};
 use super::{DATABASE_NAME, StoreError};
 use crate::config::{DatabaseAddress, FilesIn, Settings};
@@ -36,6 +36,7 @@ pub(super) const DATABASE_ID: &str = "database.id";
 #[derive(Debug)]
 pub(super) struct Server<'a> {
     pub(super) address: &'a DatabaseAddress,
+    pub(super) settings: &'a Settings,
     /// Overrides that of the address.
     pub(super) password: Option<String>,
 }
@@ -47,21 +48,25 @@ pub(super) struct Opened {
     /// The name under which jobs are taken.
     pub(super) name: Option<String>,
     /// Set for one of several services.
-    pub(super) shared: Option<(Instance, FileRows)>,
+    pub(super) shared: Option<(Instance, SharedFiles)>,
 }
 
 /// What a database is opened for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Purpose {
+pub(super) enum Purpose<'a> {
     /// A service whose files are there.
-    Service(FilesIn),
+    Service(&'a FilesIn),
     /// A command that finds no service.
     Command,
 }
 
-impl Purpose {
-    fn is_shared(self) -> bool {
-        self == Self::Service(FilesIn::Postgres)
+impl<'a> Purpose<'a> {
+    /// The place of the files, if several services have them together.
+    fn shared(self) -> Option<&'a FilesIn> {
+        match self {
+            Self::Service(files) => Some(files).filter(|files| files.is_shared()),
+            Self::Command => None,
+        }
     }
 }
 
@@ -70,18 +75,10 @@ impl<'a> Server<'a> {
     ///
     /// # Errors
     /// The file with the password cannot be used.
-    pub(super) fn as_set(settings: &Settings, address: &'a DatabaseAddress) -> Result<Self, StoreError> {
-        let read = |path: &PathBuf| {
-            let unusable = |source| StoreError::Note { path: path.clone(), source };
-            let mode = path.metadata().map_err(unusable)?.permissions().mode() & 0o777;
-            if mode & 0o026 != 0 {
-                return Err(StoreError::Exposed { path: path.clone(), mode });
-            }
-            let text = std::fs::read_to_string(path).map_err(unusable)?;
-            Ok(text.trim_end_matches(['\r', '\n']).to_owned())
-        };
-        let password = settings.database_password_file.as_ref().map(read).transpose()?;
-        Ok(Self { address, password })
+    pub(super) fn as_set(settings: &'a Settings, address: &'a DatabaseAddress) -> Result<Self, StoreError> {
+        let password = settings.database_password_file.as_deref().map(secret_in).transpose()?;
+        let password = password.map(|text| text.trim_end_matches(['\r', '\n']).to_owned());
+        Ok(Self { address, settings, password })
     }
 }
 
@@ -145,7 +142,7 @@ impl Server<'_> {
         data_dir: &Path,
         readers: u32,
         instance: String,
-        purpose: Purpose,
+        purpose: Purpose<'_>,
     ) -> Result<Opened, StoreError> {
         if !is_empty(&data_dir.join(DATABASE_NAME)) {
             return Err(StoreError::FileHere { directory: data_dir.to_owned() });
@@ -157,18 +154,21 @@ impl Server<'_> {
         one_after_the_other(&mut session).await?;
         migrate(&mut session).await?;
         self.is_no_half_copy(&mut session).await?;
-        note_directory(&mut session, data_dir).await?;
+        let id = note_directory(&mut session, data_dir).await?;
+        let mut is_new = false;
         if let Purpose::Service(files) = purpose {
-            choose_files(&mut session, files).await?;
+            is_new = choose_files(&mut session, files).await?;
         }
         let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
         take(&mut session, &instance, host.trim()).await?;
         let presence = Presence::here();
-        let (holder, shared) = if purpose.is_shared() {
-            let rows = FileRows::connect(options.clone(), presence.clone()).await?;
+        let (holder, shared) = if let Some(place) = purpose.shared() {
+            let place = (place, self.settings);
+            let files = SharedFiles::connect(options.clone(), presence.clone(), place, &id).await?;
+            files.enter(is_new, &instance).await?;
             let own =
                 Instance::open(options.clone(), presence.clone(), &instance, host.trim(), data_dir).await?;
-            (Holder::Several, Some((own, rows)))
+            (Holder::Several, Some((own, files)))
         } else {
             (Holder::Alone(instance.clone()), None)
         };
@@ -241,9 +241,9 @@ impl Server<'_> {
     }
 
     /// Takes the lock of the service.
-    async fn lock(&self, session: &mut PgConnection, purpose: Purpose) -> Result<(), StoreError> {
+    async fn lock(&self, session: &mut PgConnection, purpose: Purpose<'_>) -> Result<(), StoreError> {
         let doing = "asking whether another service has the database";
-        let lock = if purpose.is_shared() { TRY_SHARED_LOCK } else { TRY_LOCK };
+        let lock = if purpose.shared().is_some() { TRY_SHARED_LOCK } else { TRY_LOCK };
         // A server notices within a moment that a process is gone.
         if locked_within(LOCKED_WITHIN, session, lock).await? {
             return Ok(());
@@ -291,35 +291,41 @@ async fn one_after_the_other(session: &mut PgConnection) -> Result<(), StoreErro
     Err(late).doing("waiting for another service that updates the database")
 }
 
-/// Notes where the files of a database are that no service has used yet. Later they stay there.
-async fn choose_files(session: &mut PgConnection, files: FilesIn) -> Result<(), StoreError> {
-    let (doing, asked) = ("asking where the files of the database are", files.as_str());
-    sqlx::query("UPDATE service SET files = $1 WHERE NOT EXISTS (SELECT 1 FROM machines)")
-        .bind(asked)
+/// Notes where the files of a database are that no service has used yet, and answers whether it is one. Later they stay
+/// there.
+async fn choose_files(session: &mut PgConnection, files: &FilesIn) -> Result<bool, StoreError> {
+    let (doing, asked) = ("asking where the files of the database are", files.to_string());
+    let chosen = sqlx::query("UPDATE service SET files = $1 WHERE NOT EXISTS (SELECT 1 FROM machines)")
+        .bind(&asked)
         .execute(&mut *session)
         .await
         .doing(doing)?;
     let found: String =
         sqlx::query_scalar("SELECT files FROM service").fetch_one(session).await.doing(doing)?;
-    if found == asked { Ok(()) } else { Err(StoreError::FilesElsewhere { found, asked }) }
+    if found == asked {
+        Ok(chosen.rows_affected() > 0)
+    } else {
+        Err(StoreError::FilesElsewhere { found, asked })
+    }
 }
 
 /// Notes in the data directory to which database its files belong, or refuses a directory of another one: the sweep at
-/// the start would remove all its files.
-async fn note_directory(session: &mut PgConnection, data_dir: &Path) -> Result<(), StoreError> {
+/// the start would remove all its files. Answers the name of the database.
+async fn note_directory(session: &mut PgConnection, data_dir: &Path) -> Result<String, StoreError> {
     let doing = "asking for the name of the database";
     let id: String =
         sqlx::query_scalar("SELECT database_id FROM service").fetch_one(&mut *session).await.doing(doing)?;
     let place = data_dir.join(DATABASE_ID);
     let unusable = |source| StoreError::Note { path: place.clone(), source };
     match std::fs::read_to_string(&place) {
-        Ok(noted) if noted.trim() == id => return Ok(()),
+        Ok(noted) if noted.trim() == id => return Ok(id),
         Ok(_other) => return Err(StoreError::OtherDatabase { directory: data_dir.to_owned(), note: place }),
         Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => {}
         Err(fault) => return Err(unusable(fault)),
     }
     no_files_beside(data_dir, &place)?;
-    std::fs::write(&place, format!("{id}\n")).map_err(unusable)
+    std::fs::write(&place, format!("{id}\n")).map_err(unusable)?;
+    Ok(id)
 }
 
 /// Makes this the service that has the database: from now on no service before it writes that had it alone.

@@ -1,5 +1,5 @@
 //! Permissions of a data directory: only for its user. The database contains the secret that signs webhooks in clear
-//! text.
+//! text. And files with secrets, which others must not be able to read or change.
 
 use std::fs::{self, Permissions};
 use std::io;
@@ -8,6 +8,26 @@ use std::path::{Path, PathBuf};
 
 /// Permissions of the group and of others.
 const OF_OTHERS: u32 = 0o077;
+
+/// Permissions that nobody else may have to a file with a secret: its group may read it.
+#[cfg(feature = "scale-out")]
+const TO_A_SECRET: u32 = 0o026;
+
+/// The text of a file with a secret.
+///
+/// # Errors
+/// It cannot be read, or others can read or change it.
+#[cfg(feature = "scale-out")]
+pub(super) fn secret_in(path: &Path) -> Result<String, super::StoreError> {
+    use super::StoreError;
+
+    let unusable = |source| StoreError::Note { path: path.to_owned(), source };
+    let mode = path.metadata().map_err(unusable)?.permissions().mode() & 0o777;
+    if mode & TO_A_SECRET != 0 {
+        return Err(StoreError::Exposed { path: path.to_owned(), mode });
+    }
+    fs::read_to_string(path).map_err(unusable)
+}
 
 /// The result of removing permissions.
 #[derive(Debug, Default)]

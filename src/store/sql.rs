@@ -13,17 +13,17 @@ use super::readers::Readers;
 
 #[cfg(feature = "scale-out")]
 pub(super) use {
-    super::file_rows::FileRows,
     super::instance::Instance,
     super::postgres::{PgReaders, PgWriter},
+    super::shared_files::SharedFiles,
     sqlx::postgres::PgConnection,
 };
 
 /// Stands in the place of PostgreSQL's types in a binary without them: no value of it exists.
 #[cfg(not(feature = "scale-out"))]
 pub(super) use std::convert::{
-    Infallible as FileRows, Infallible as Instance, Infallible as PgConnection, Infallible as PgReaders,
-    Infallible as PgWriter,
+    Infallible as Instance, Infallible as PgConnection, Infallible as PgReaders, Infallible as PgWriter,
+    Infallible as SharedFiles,
 };
 
 /// One of the two databases.

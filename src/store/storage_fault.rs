@@ -27,6 +27,12 @@ pub enum StorageFault {
          itself when it answers"
     )]
     Away,
+    /// The server of the bucket does not answer, or refuses.
+    #[error(
+        "the server of the files (S3) does not answer, or refuses. Start it, or check the network, its address and the keys \
+         to the bucket; the service goes on by itself when it answers"
+    )]
+    NoBucket,
 }
 
 impl StorageFault {

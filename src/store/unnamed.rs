@@ -1,4 +1,5 @@
-//! Removes files of the database that no job names.
+//! Removes files that several services keep together and that no job names. Their rows go first. Whoever keeps the same
+//! bytes meanwhile makes an object of another name.
 
 use std::collections::BTreeSet;
 
@@ -25,6 +26,11 @@ impl Store {
     /// # Errors
     /// The database failed.
     pub async fn remove_unnamed(&self, only: Option<&BTreeSet<Sha256Hex>>) -> Result<u64, StoreError> {
+        #[cfg(feature = "scale-out")]
+        if let Some(files) = self.files() {
+            // Boxed, so that the futures of all callers keep their size.
+            Box::pin(files.end_uploads()).await?;
+        }
         let only = as_array(only);
         let mut removed = 0;
         loop {
@@ -37,7 +43,7 @@ impl Store {
                             tx,
                             all(_),
                             postgres "SELECT object_key FROM files f
-                                WHERE kept_at < clock_timestamp() - INTERVAL '1 day'
+                                WHERE kept_at < clock_timestamp() - INTERVAL '1 day' AND upload_id IS NULL
                                   AND (CAST($1 AS TEXT) IS NULL OR sha256 IN (SELECT value FROM json_each($1)))
                                   AND (whole = 0 OR NOT EXISTS (SELECT 1 FROM jobs WHERE input_sha256 = f.sha256)
                                       AND NOT EXISTS (SELECT 1 FROM jobs WHERE output_sha256 = f.sha256)
@@ -49,25 +55,44 @@ impl Store {
                         )?;
                         let found = serde_json::Value::from(found).to_string();
                         // Asked again, now that nobody else can name them.
-                        let gone: u64 = sql!(
+                        let gone: Vec<String> = sql!(
                             tx,
-                            execute,
+                            all(_),
                             postgres "DELETE FROM files f
                                 WHERE object_key IN (SELECT value FROM json_each(CAST($1 AS TEXT)))
                                   AND (whole = 0 OR NOT EXISTS (SELECT 1 FROM jobs WHERE input_sha256 = f.sha256)
                                       AND NOT EXISTS (SELECT 1 FROM jobs WHERE output_sha256 = f.sha256)
                                       AND NOT EXISTS (SELECT 1 FROM jobs WHERE surface_sha256 = f.sha256)
-                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE changes_sha256 = f.sha256))",
+                                      AND NOT EXISTS (SELECT 1 FROM jobs WHERE changes_sha256 = f.sha256))
+                                RETURNING object_key",
                             found
                         )?;
                         Ok(gone)
                     })
                 })
                 .await?;
-            removed += some;
-            if some == 0 {
+            removed += some.len() as u64;
+            if some.is_empty() {
                 return Ok(removed);
             }
+            #[cfg(feature = "scale-out")]
+            if let Some(files) = self.files() {
+                Box::pin(files.forget(&some)).await;
+            }
         }
+    }
+
+    /// Removes objects of the bucket that no row names and that were made more than a day ago, and counts them. Without a
+    /// bucket there are none.
+    ///
+    /// # Errors
+    /// The database or the server of the bucket failed.
+    #[cfg_attr(not(feature = "scale-out"), expect(clippy::unused_async, reason = "there is no bucket"))]
+    pub async fn sweep_bucket(&self) -> Result<u64, StoreError> {
+        #[cfg(feature = "scale-out")]
+        if let Some(files) = self.files() {
+            return Box::pin(files.sweep()).await;
+        }
+        Ok(0)
     }
 }

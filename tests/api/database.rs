@@ -31,11 +31,32 @@ pub(crate) fn has_no_file(test: &str) -> bool {
 pub(crate) fn choose(settings: &mut Settings) {
     put_on_the_server(&settings.data_dir);
     settings.database = address_of(&settings.data_dir).map(|address| address.parse().unwrap());
+    settings.files_endpoint = bucket_server();
     if settings.database.is_some()
-        && std::env::var("TRUNNION_TEST_FILES").is_ok_and(|files| files == "postgres")
+        && let Ok(files) = std::env::var("TRUNNION_TEST_FILES")
     {
-        settings.files = FilesIn::Postgres;
+        settings.files = files.parse().unwrap();
     }
+}
+
+/// The address of the server of the bucket, if this run has one (`tests/s3/with-server`).
+pub(crate) fn bucket_server() -> Option<String> {
+    std::env::var("TRUNNION_TEST_S3").ok().filter(|_| server().is_some())
+}
+
+/// Where services that share a database keep their files: in the bucket, if this run has one.
+pub(crate) fn shared_place() -> FilesIn {
+    match std::env::var("TRUNNION_TEST_FILES") {
+        Ok(files) if bucket_server().is_some() => files.parse().unwrap(),
+        _ => FilesIn::Postgres,
+    }
+}
+
+/// Every place where a service on the server of this run can keep its files.
+pub(crate) fn places() -> Vec<FilesIn> {
+    let mut places = vec![FilesIn::Directory, FilesIn::Postgres];
+    places.extend(Some(shared_place()).filter(|_| bucket_server().is_some()));
+    places
 }
 
 /// From now on commands use the database of this data directory on the server, if this run has one.

@@ -6,6 +6,7 @@ mod assume_nothing;
 mod audit;
 mod backups;
 mod both_ways;
+mod bucket;
 mod calibration_reports;
 mod calibrations;
 mod codings;

@@ -14,7 +14,7 @@ use trunnion::config::{FilesIn, Settings};
 use trunnion::jobs::Compensator;
 
 use crate::command_line::{files, posted, said};
-use crate::database::{address_of, ask, put_on_the_server, schema_of, server};
+use crate::database::{address_of, ask, places, put_on_the_server, schema_of, server, shared_place};
 use crate::deep::rewritten;
 use crate::process::unset;
 use crate::queue::{Held, accepted, cc, document, ended, form, running};
@@ -139,7 +139,7 @@ async fn a_directory_on_a_server_answers_as_before_to_the_byte_and_goes_on_with_
     if server().is_none() {
         return;
     }
-    for place in [FilesIn::Directory, FilesIn::Postgres] {
+    for place in places() {
         let folder = TempDir::new().unwrap();
         let data = folder.path().join("data");
         let demo = run(&data, &["demo"]);
@@ -162,7 +162,7 @@ async fn a_directory_on_a_server_answers_as_before_to_the_byte_and_goes_on_with_
         let second = post(&app, "second", "g1 x2\n").await;
         let [first, second] = [first, second].map(|job| format!("/v1/jobs/{}", job["id"].as_str().unwrap()));
         running(&app, &first).await;
-        let in_use = run(&data, &moving(&address_of(&data).unwrap(), place.as_str()));
+        let in_use = run(&data, &moving(&address_of(&data).unwrap(), &place.to_string()));
         assert_eq!(in_use.status.code(), Some(2));
         assert!(said(&in_use).contains("another trunnion uses the data directory"), "{}", said(&in_use));
         let audit = items(&app, "/v1/audit?limit=200").await;
@@ -172,20 +172,20 @@ async fn a_directory_on_a_server_answers_as_before_to_the_byte_and_goes_on_with_
         rewritten(&data, &format!("UPDATE jobs SET state = 'running', lease = id WHERE id = '{job}'")).await;
 
         let target = address_of(&data).unwrap();
-        let told = moved(&data, &target, place.as_str());
+        let told = moved(&data, &target, &place.to_string());
         assert!(told.contains("are compared") && told.contains("trunnion.sqlite.migrated"), "{told}");
         assert!(!data.join("trunnion.sqlite").exists() && data.join("trunnion.sqlite.migrated").is_file());
         let id = ask(&format!("SELECT database_id FROM {}.service", schema_of(&data)));
         assert_eq!(std::fs::read_to_string(data.join("database.id")).unwrap().trim(), id);
         let looked = {
-            let mut command = command(&data, &["doctor", "--deep", "--files", place.as_str()]);
+            let mut command = command(&data, &["doctor", "--deep", "--files", &place.to_string()]);
             command.env("TRUNNION_DATABASE", &target).output().unwrap()
         };
         assert!(is_sound_but_for_fsync(&looked), "{}", said(&looked));
 
         let other = Arc::<Held>::default();
         other.release();
-        let mut app = on_the_server(&data, &other, place).await;
+        let mut app = on_the_server(&data, &other, place.clone()).await;
         app.client = keyed(&key);
         for place in [&first, &second] {
             assert_eq!(ended(&app, place).await["state"], "succeeded");
@@ -214,7 +214,7 @@ async fn a_directory_on_a_server_answers_as_before_to_the_byte_and_goes_on_with_
         assert_eq!(document(&app, &third).await["machine_revision"], 3);
         assert_eq!(ended(&app, &third).await["state"], "succeeded");
         app.stop().await;
-        let again = run(&data, &moving(&target, place.as_str()));
+        let again = run(&data, &moving(&target, &place.to_string()));
         assert_eq!(again.status.code(), Some(2));
         assert!(said(&again).contains("was moved to a server before"), "{}", said(&again));
     }
@@ -405,14 +405,14 @@ async fn a_file_of_several_parts_is_moved_and_damage_on_the_way_is_found() {
     assert_eq!(ended(&app, &job).await["state"], "succeeded");
     app.stop().await;
     let target = address_of(&data).unwrap();
-    moved(&data, &target, "postgres");
+    moved(&data, &target, &shared_place().to_string());
     assert_eq!(rows(&data, "files"), "2");
     // Another directory: all that a service needs is in the database.
     let other = TempDir::new().unwrap();
     put_on_the_server(other.path());
     let change = |settings: &mut Settings| {
         settings.database = Some(target.parse().unwrap());
-        settings.files = FilesIn::Postgres;
+        settings.files = shared_place();
     };
     let app = spawn_real_in(other.path(), change, Arc::clone(&held) as Arc<dyn Compensator>).await;
     let program = app.get(&format!("{job}/program")).await.text().await.unwrap();

@@ -7,7 +7,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 use trunnion::config::{ENVIRONMENT, Flags, Settings};
 
-use crate::database::address_of;
+use crate::database::{address_of, bucket_server};
 
 pub(crate) fn binary(data: &TempDir) -> Command {
     let mut command = unset();
@@ -26,6 +26,8 @@ pub(crate) fn unset() -> Command {
             command.env_remove(name);
         }
     }
+    // But the server of the bucket, which only matters where files are in it.
+    command.envs(bucket_server().map(|address| ("TRUNNION_FILES_ENDPOINT", address)));
     command
 }
 
@@ -67,7 +69,13 @@ async fn it_serves_and_a_signal_ends_it_with_status_0() {
 #[test]
 fn a_wrong_setting_ends_it_with_a_reason() {
     let data = TempDir::new().unwrap();
-    for arguments in [["--listen", "nowhere"], ["--config", "/none.toml"], ["--max-poses", "0"]] {
+    for arguments in [
+        ["--listen", "nowhere"],
+        ["--config", "/none.toml"],
+        ["--max-poses", "0"],
+        ["--files", "s3://Plant"],
+        ["--files-endpoint", "http://key:secret@127.0.0.1"],
+    ] {
         let output = binary(&data).args(arguments).stderr(Stdio::piped()).output().unwrap();
         assert!(!output.status.success() && !output.stderr.is_empty(), "{arguments:?}");
     }

@@ -14,7 +14,7 @@ use trunnion::config::{FilesIn, Settings};
 use trunnion::jobs::{CutterContactCompensator, Sources};
 
 use crate::command_line::{said, trunnion};
-use crate::database::{address_of, ask, schema_of, server};
+use crate::database::{address_of, ask, places, schema_of, server, shared_place};
 use crate::process::unset;
 use crate::support::{App, ac_table, problem, spawn, spawn_in};
 
@@ -90,6 +90,10 @@ async fn a_service_whose_database_another_one_has_taken_over_stores_nothing() {
         return;
     }
     let app = spawn().await;
+    if app.store().is_shared() {
+        // None of several services takes a database over.
+        return;
+    }
     let schema = schema_of(&app.data);
     ask(&format!("UPDATE {schema}.service SET instance = 'another'"));
     let put = app.put_machine("late", &ac_table()).await;
@@ -159,16 +163,16 @@ async fn the_doctor_reads_rows_and_files_of_a_server_and_names_what_is_wrong() {
     if server().is_none() {
         return;
     }
-    for place in [FilesIn::Directory, FilesIn::Postgres] {
+    for place in places() {
         let folder = TempDir::new().unwrap();
         let data = folder.path();
         let asked = |arguments: &[&str]| {
-            trunnion(data, &[&["doctor", "--files", place.as_str()], arguments].concat())
+            trunnion(data, &[&["doctor", "--files", &place.to_string()], arguments].concat())
         };
         crate::database::put_on_the_server(data);
         let empty = asked(&[]);
         assert!(empty.status.success() && said(&empty).contains("is empty"), "{}", said(&empty));
-        let app = spawn_in(data, |settings| settings.files = place).await;
+        let app = spawn_in(data, |settings| settings.files = place.clone()).await;
         with_a_job(&app).await;
         let run: Value = serde_json::from_str(include_str!("../../docs/examples/ballbar.json")).unwrap();
         let run = app.post_json("/v1/machines/example-ac-table/calibrations", &run).await;
@@ -188,13 +192,17 @@ async fn the_doctor_reads_rows_and_files_of_a_server_and_names_what_is_wrong() {
         assert_eq!(said(&sound).contains("fsync = off: the server loses"), fsync, "{}", said(&sound));
         let elsewhere = if place == FilesIn::Postgres { "directory" } else { "postgres" };
         let wrong = trunnion(data, &["doctor", "--files", elsewhere]);
-        assert!(said(&wrong).contains(&format!("set files = {}", place.as_str())), "{}", said(&wrong));
+        assert!(said(&wrong).contains(&format!("set files = {place}")), "{}", said(&wrong));
         app.stop().await;
 
         let schema = schema_of(data);
         let at = |text: &str| ask(&text.replace('@', &format!("{schema}.")));
         let sha256 = at("SELECT output_sha256 FROM @jobs");
         let blob = data.join("blobs").join(&sha256[..2]).join(&sha256);
+        if let FilesIn::Objects(_) = place {
+            // What the doctor finds of objects is tried in `bucket.rs`.
+            continue;
+        }
         if place == FilesIn::Postgres {
             at(&format!("UPDATE @file_parts SET bytes = 'G1 X9' WHERE object_key LIKE '{sha256}%'"));
         } else {
@@ -317,8 +325,8 @@ async fn a_backup_of_a_server_reads_everything_and_prints_the_commands() {
     }
     let app = spawn().await;
     with_a_job(&app).await;
-    let files = if app.store().is_shared() { "postgres" } else { "directory" };
-    let asked = || trunnion(&app.data, &["backup", "/srv/there", "--files", files]);
+    let files = if app.store().is_shared() { shared_place().to_string() } else { "directory".to_owned() };
+    let asked = || trunnion(&app.data, &["backup", "/srv/there", "--files", &files]);
     let sound = asked();
     let text = said(&sound);
     assert_eq!(sound.status.code(), Some(2), "{text}");

@@ -28,6 +28,8 @@ const STEADY_AFTER: Duration = Duration::from_secs(15);
 const UNBROKEN: Duration = Duration::from_secs(10);
 /// Time between two removals of files that nobody names.
 const TIDIED_EVERY: Duration = Duration::from_hours(1);
+/// Time between two looks at everything in the bucket.
+const SWEPT_EVERY: Duration = Duration::from_hours(24);
 /// For how long a copy of a file stays in the data directory.
 const COPIES_STAY: Duration = Duration::from_hours(24);
 
@@ -166,8 +168,19 @@ impl Shared {
 
     /// Removes files that no job names, copies that nobody has needed for long, and services that ended long ago.
     async fn tidy_copies(self: Arc<Self>) {
+        let mut swept: Option<Instant> = None;
         loop {
             let blobs = self.spool.blobs().clone();
+            if swept.is_none_or(|at| at.elapsed() >= SWEPT_EVERY) {
+                match self.store.sweep_bucket().await {
+                    Ok(0) => swept = Some(Instant::now()),
+                    Ok(files) => {
+                        swept = Some(Instant::now());
+                        tracing::info!(files, "removed files of the bucket that no row names");
+                    }
+                    Err(fault) => tracing::warn!(error = %fault, "the bucket is not tidied yet"),
+                }
+            }
             match self.store.remove_unnamed(None).await {
                 Ok(0) => {}
                 Ok(files) => tracing::info!(files, "removed files that no job names"),

@@ -1,23 +1,23 @@
-//! Files that rows of the database keep. The directory then has copies, which are made when they are needed.
+//! Files that the database or a bucket keeps. The directory then has copies, which are made when they are needed.
 
 use std::io::Write;
 use std::time::Duration;
 
 use super::{BlobFault, Blobs};
-use crate::store::sql::FileRows;
+use crate::store::sql::SharedFiles;
 use crate::store::{Damage, DamagedFile};
 
 impl Blobs {
-    /// The same, kept in rows of the database if there are such.
+    /// The same, kept there if files are kept for several services.
     #[must_use]
-    pub(in crate::store) fn kept_in(self, rows: Option<FileRows>) -> Self {
-        Self { rows, ..self }
+    pub(in crate::store) fn kept_in(self, shared: Option<SharedFiles>) -> Self {
+        Self { shared, ..self }
     }
 
-    /// Whether the directory only has copies of what rows of the database keep.
+    /// Whether the directory only has copies of what the database or a bucket keeps.
     #[must_use]
     pub fn are_copies(&self) -> bool {
-        self.rows.is_some()
+        self.shared.is_some()
     }
 
     /// Removes copies that were made so long ago, and counts them. Who reads one goes on reading it. Blocks.
@@ -40,7 +40,7 @@ impl Blobs {
         self.remove(sha256)?;
         let mut draft = self.draft()?;
         let path = draft.path().to_owned();
-        let is_there = self.read_rows(sha256, |bytes| {
+        let is_there = self.read_shared(sha256, |bytes| {
             draft.write_all(bytes).map_err(BlobFault::at("copying a file to", &path))
         })?;
         if !is_there {
@@ -53,20 +53,20 @@ impl Blobs {
         self.keep_here(draft).map(drop)
     }
 
-    /// Reads the rows of a file; `false` if there are none.
+    /// Reads a file where it is kept; `false` if it is not.
     #[cfg_attr(
         not(feature = "scale-out"),
-        expect(unused_variables, clippy::unnecessary_wraps, reason = "there are no such rows")
+        expect(unused_variables, clippy::unnecessary_wraps, reason = "there are no such files")
     )]
-    pub(super) fn read_rows(
+    pub(super) fn read_shared(
         &self,
         sha256: &str,
         each: impl FnMut(&[u8]) -> Result<(), BlobFault>,
     ) -> Result<bool, BlobFault> {
-        match &self.rows {
+        match &self.shared {
             None => Ok(false),
             #[cfg(feature = "scale-out")]
-            Some(rows) => rows.read(sha256, each),
+            Some(shared) => shared.read(sha256, each),
             #[cfg(not(feature = "scale-out"))]
             Some(never) => match *never {},
         }
