@@ -11,6 +11,7 @@ mod double_double;
 #[path = "../models/finishing.rs"]
 #[expect(dead_code, unreachable_pub, reason = "one machine of it")]
 mod finishing;
+mod inverse_precision;
 mod kinematics;
 mod rotary_sphere;
 mod servo;

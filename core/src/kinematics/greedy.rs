@@ -102,8 +102,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let (set, pointing) = (self.options.instructions, &self.kinematics.pointing);
         if begin == 0 {
             // The first pose is chosen alone, and then entered without a step.
-            let first = lanes.pointed.angles_rad.each_ref().map(|angle| angle[0]);
-            let stage = Stage { words_deg: pointing.words_deg(first), alive: [true; 2], held: false };
+            let stage =
+                Stage { words_deg: lanes.pointed.words_deg(pointing, 0), alive: [true; 2], held: false };
             let Some((branch, words)) = chosen.grid.nearest(&stage, None, self.options.rewind_deg) else {
                 return false;
             };
@@ -112,7 +112,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let Some(entered_deg) = chosen.words_deg else { return false };
         let course = Course { branch: chosen.branch, entered_deg };
         let words = &mut joiner.words_deg;
-        if !follow(set, pointing, &chosen.bounds, course, &lanes.pointed, size, words) {
+        if !follow(set, pointing, &chosen.bounds, course, &mut lanes.pointed, size, words) {
             if begin == 0 {
                 chosen.words_deg = None;
             }
@@ -125,8 +125,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         chosen.words_deg = Some(words.each_ref().map(|words| words[size - 1]));
         self.join_block(joiner, begin, size);
         self.out.conditioning[block].copy_from_slice(&lanes.pointed.conditioning[..size]);
-        let last = lanes.pointed.angles_rad.each_ref().map(|angle| angle[size - 1]);
-        let [[first_u, first_v], [second_u, second_v]] = pointing.words_deg(last);
+        let [[first_u, first_v], [second_u, second_v]] = lanes.pointed.words_deg(pointing, size - 1);
         examination.before = [first_u, first_v, second_u, second_v];
         true
     }

@@ -205,7 +205,7 @@ pub(super) const ROTARY_RANK: f64 = 1e9;
 pub(super) fn usable_axis(pose: &ToolPose) -> Option<Vec3> {
     let tip_ok = pose.tip_mm.iter().all(|c| (-MAX_COORDINATE_MM..=MAX_COORDINATE_MM).contains(c));
     let square = pose.axis.x * pose.axis.x + pose.axis.y * pose.axis.y + pose.axis.z * pose.axis.z;
-    (tip_ok && AXIS_SQUARE_RANGE.contains(&square)).then(|| pose.axis / square.sqrt())
+    (tip_ok && AXIS_SQUARE_RANGE.contains(&square)).then(|| pose.axis * (1.0 / square.sqrt()))
 }
 
 /// Squares of lengths of tool axes that can be normalised without loss.

@@ -4,7 +4,7 @@
 
 use multiversion::multiversion;
 
-use super::pointing::{Aimed, Pointing, Sighted};
+use super::pointing::{Aimed, Pointing, SIGNS, Sighted, turn_of_u};
 use super::{InstructionSet, Kinematics, MAX_COORDINATE_MM, PoseLanes, ToolPose};
 use crate::geometry::trig_lanes;
 
@@ -108,11 +108,15 @@ impl PoseSource for PoseLanes {
 /// The directions of a block.
 #[repr(align(64))]
 pub(super) struct PointedBlock {
-    /// The angles B, η and γ \[rad\] (see [`Sighted`] and [`Aimed`]); before, their y.
-    pub(super) angles_rad: [Lane; 3],
-    /// x of these angles.
-    across: [Lane; 3],
-    scratch: [Lane; 3],
+    /// The angle B \[rad\]; before, its y.
+    pub(super) b_rad: Lane,
+    /// x of the angle B.
+    b_across: Lane,
+    /// y and x of the angle η (see [`Aimed`]).
+    pub(super) eta: [Lane; 2],
+    /// y and x of the angle γ (see [`Sighted`]).
+    pub(super) gamma: [Lane; 2],
+    pub(super) scratch: [Lane; 3],
     pub(super) conditioning: Lane,
     /// Not positive if the lane needs care: near the pole or the reach limit, without direction, or too far away.
     pub(super) margin: Lane,
@@ -122,12 +126,20 @@ impl PointedBlock {
     pub(super) fn new() -> Self {
         let lane = [0.0; BLOCK];
         Self {
-            angles_rad: [lane; 3],
-            across: [lane; 3],
+            b_rad: lane,
+            b_across: lane,
+            eta: [lane; 2],
+            gamma: [lane; 2],
             scratch: [lane; 3],
             conditioning: lane,
             margin: lane,
         }
+    }
+
+    /// The words \[deg\] of both solutions of one lane.
+    pub(super) fn words_deg(&self, pointing: &Pointing, lane: usize) -> [[f64; 2]; 2] {
+        let [eta, gamma] = [&self.eta, &self.gamma].map(|[y, x]| [y[lane], x[lane]]);
+        pointing.both_words_deg(self.b_rad[lane], eta, gamma)
     }
 }
 
@@ -172,7 +184,8 @@ impl<'a> Joined<'a> {
 /// N and D below this need care: the solutions almost meet.
 pub(super) const REACH_MARGIN: f64 = 1e-9;
 
-/// Solves the directions of a block up to its angles. `cone_sin2` is sin² of the half-angle of the pole cone, widened.
+/// Solves the directions of a block up to the u-angles. `cone_sin2` is sin² of the half-angle of the pole cone,
+/// widened.
 pub(super) fn point(
     set: InstructionSet,
     pointing: &Pointing,
@@ -207,7 +220,7 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
     let Poses { tip_mm: [x, y, z], axis } = poses;
     let is_near = |value_mm: f64| value_mm.abs() <= MAX_COORDINATE_MM;
     // Several short loops let the processor work on many lanes at a time instead of waiting for one.
-    let ([b, eta, gamma], [b_across, eta_across, gamma_across]) = (&mut out.angles_rad, &mut out.across);
+    let PointedBlock { b_rad: b, b_across, eta: [eta, eta_across], gamma: [gamma, gamma_across], .. } = out;
     // A root that is waited for holds up the divisions of the lanes behind it, so roots have their own loop.
     let [lengths, ..] = &mut out.scratch;
     for lane in 0..BLOCK {
@@ -217,7 +230,9 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
     for lane in 0..BLOCK {
         let (i, j, k) = (axis[0][lane], axis[1][lane], axis[2][lane]);
         let length = lengths[lane];
-        let sighted = pointing.sight([i / length, j / length, k / length]);
+        // One division instead of three: its rounding scales all of t, and no angle depends on the scale.
+        let scale = 1.0 / length;
+        let sighted = pointing.sight([i * scale, j * scale, k * scale]);
         let Sighted { half_tilt: [sin2, cos2], reach, gamma: [gamma_y, gamma_x] } = sighted;
         (gamma[lane], gamma_across[lane]) = (gamma_y, gamma_x);
         // Until the next loop.
@@ -238,16 +253,14 @@ fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut P
         (eta[lane], eta_across[lane]) = (eta_y, eta_x);
         out.conditioning[lane] = conditioning;
     }
-    for (angle, across) in out.angles_rad.iter_mut().zip(&out.across) {
-        trig_lanes::atan2(angle, across, &mut out.scratch);
-    }
+    trig_lanes::atan2(b, b_across, &mut out.scratch);
 }
 
 /// The words \[deg\] of a block that was pointed: u, v of the first branch, then of the second.
 pub(super) fn both_words(
     set: InstructionSet,
     pointing: &Pointing,
-    pointed: &PointedBlock,
+    pointed: &mut PointedBlock,
     words_deg: [&mut Lane; 4],
 ) {
     match set {
@@ -258,24 +271,32 @@ pub(super) fn both_words(
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn both_words_avx2(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
+fn both_words_avx2(pointing: &Pointing, pointed: &mut PointedBlock, words_deg: [&mut Lane; 4]) {
     both_words_loop(pointing, pointed, words_deg);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn both_words_avx512(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
+fn both_words_avx512(pointing: &Pointing, pointed: &mut PointedBlock, words_deg: [&mut Lane; 4]) {
     both_words_loop(pointing, pointed, words_deg);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
-fn both_words_loop(pointing: &Pointing, pointed: &PointedBlock, words_deg: [&mut Lane; 4]) {
+fn both_words_loop(pointing: &Pointing, pointed: &mut PointedBlock, words_deg: [&mut Lane; 4]) {
     let pointing = *pointing;
-    let [b, eta, gamma] = &pointed.angles_rad;
+    let PointedBlock { b_rad, eta: [eta_y, eta_x], gamma: [gamma_y, gamma_x], scratch, .. } = pointed;
     let [first_u, first_v, second_u, second_v] = words_deg;
     for lane in 0..BLOCK {
-        [[first_u[lane], first_v[lane]], [second_u[lane], second_v[lane]]] =
-            pointing.words_deg([b[lane], eta[lane], gamma[lane]]);
+        let (eta, gamma) = ([eta_y[lane], eta_x[lane]], [gamma_y[lane], gamma_x[lane]]);
+        // Until the next loop.
+        [first_u[lane], first_v[lane]] = turn_of_u(SIGNS[0], eta, gamma);
+        [second_u[lane], second_v[lane]] = turn_of_u(SIGNS[1], eta, gamma);
+    }
+    trig_lanes::atan2(first_u, first_v, scratch);
+    trig_lanes::atan2(second_u, second_v, scratch);
+    for lane in 0..BLOCK {
+        [first_u[lane], first_v[lane]] = pointing.words_deg(SIGNS[0], [first_u[lane], b_rad[lane]]);
+        [second_u[lane], second_v[lane]] = pointing.words_deg(SIGNS[1], [second_u[lane], b_rad[lane]]);
     }
 }
 

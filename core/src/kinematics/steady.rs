@@ -15,8 +15,9 @@ use multiversion::multiversion;
 use super::aligned::Aligned;
 use super::cost::SLACK_DEG;
 use super::lanes::{BLOCK, Lane, PointedBlock};
-use super::pointing::{DEG_PER_RAD, Pointing, nearest_integer};
+use super::pointing::{DEG_PER_RAD, Pointing, SIGNS, nearest_integer, turn_of_u};
 use super::{InstructionSet, REWIND_DEG};
+use crate::geometry::trig_lanes;
 use crate::machine::Travel;
 
 /// Part of sin B that a step may use. The rest is for rounding: N and D have an error of a few 1e-16 and are above
@@ -62,16 +63,12 @@ pub(super) fn follow(
     pointing: &Pointing,
     bounds: &Bounds,
     course: Course,
-    pointed: &PointedBlock,
+    pointed: &mut PointedBlock,
     size: usize,
     words_deg: &mut [Lane; 2],
 ) -> bool {
-    let first = pointing.words_deg(pointed.angles_rad.each_ref().map(|angle| angle[0]))[course.branch];
-    let turns_deg: [f64; 2] =
-        std::array::from_fn(|k| 360.0 * nearest_integer((course.entered_deg[k] - first[k]) * (1.0 / 360.0)));
-    let sign = if course.branch == 0 { 1.0 } else { -1.0 };
     let mut room = Aligned([0.0; BLOCK]);
-    let task = Task { pointing, bounds, entered_deg: course.entered_deg, turns_deg, sign };
+    let task = Task { pointing, bounds, entered_deg: course.entered_deg, sign: SIGNS[course.branch] };
     match set {
         InstructionSet::Baseline => follow_loop(&task, pointed, words_deg, &mut room),
         InstructionSet::Avx2 => follow_avx2(&task, pointed, words_deg, &mut room),
@@ -87,32 +84,42 @@ struct Task<'a> {
     pointing: &'a Pointing,
     bounds: &'a Bounds,
     entered_deg: [f64; 2],
-    turns_deg: [f64; 2],
     /// Of B and η on this solution.
     sign: f64,
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn follow_avx2(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
+fn follow_avx2(task: &Task<'_>, pointed: &mut PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
     follow_loop(task, pointed, words_deg, room);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn follow_avx512(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
+fn follow_avx512(task: &Task<'_>, pointed: &mut PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
     follow_loop(task, pointed, words_deg, room);
 }
 
 #[inline(always)]
 #[expect(clippy::inline_always, reason = "must take on the instruction set of the caller")]
 #[expect(clippy::needless_bitwise_bool, reason = "no branch inside a lane")]
-fn follow_loop(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
+fn follow_loop(task: &Task<'_>, pointed: &mut PointedBlock, words_deg: &mut [Lane; 2], room: &mut Lane) {
     let (pointing, bounds) = (*task.pointing, *task.bounds);
-    let [b, eta, gamma] = &pointed.angles_rad;
     let [us, vs] = words_deg;
+    let PointedBlock { b_rad, eta: [eta_y, eta_x], gamma: [gamma_y, gamma_x], conditioning, scratch, .. } =
+        pointed;
     for lane in 0..BLOCK {
-        let words = pointing.words_of_sign(task.sign, [b[lane], eta[lane], gamma[lane]]);
-        us[lane] = words[0] + task.turns_deg[0];
-        vs[lane] = words[1] + task.turns_deg[1];
+        // y and x, until the next loop.
+        [us[lane], vs[lane]] =
+            turn_of_u(task.sign, [eta_y[lane], eta_x[lane]], [gamma_y[lane], gamma_x[lane]]);
+    }
+    trig_lanes::atan2(us, vs, scratch);
+    let first_deg = pointing.words_deg(task.sign, [us[0], b_rad[0]]);
+    let turns_deg: [f64; 2] = std::array::from_fn(|k| {
+        360.0 * nearest_integer((task.entered_deg[k] - first_deg[k]) * (1.0 / 360.0))
+    });
+    for lane in 0..BLOCK {
+        let words = pointing.words_deg(task.sign, [us[lane], b_rad[lane]]);
+        us[lane] = words[0] + turns_deg[0];
+        vs[lane] = words[1] + turns_deg[1];
     }
     let lane_room = |[u, v]: [f64; 2], before: [f64; 2], conditioning: f64| {
         let step = (u - before[0]).abs() + (v - before[1]).abs();
@@ -123,10 +130,10 @@ fn follow_loop(task: &Task<'_>, pointed: &PointedBlock, words_deg: &mut [Lane; 2
         let within = (u >= range_u[0]) & (u <= range_u[1]) & (v >= range_v[0]) & (v <= range_v[1]);
         if within { bound - step } else { -1.0 }
     };
-    room[0] = lane_room([us[0], vs[0]], task.entered_deg, pointed.conditioning[0]);
+    room[0] = lane_room([us[0], vs[0]], task.entered_deg, conditioning[0]);
     for lane in 1..BLOCK {
         let (words, before) = ([us[lane], vs[lane]], [us[lane - 1], vs[lane - 1]]);
-        room[lane] = lane_room(words, before, pointed.conditioning[lane]);
+        room[lane] = lane_room(words, before, conditioning[lane]);
     }
 }
 
