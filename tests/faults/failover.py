@@ -179,8 +179,9 @@ def main():
 
 
 def front_answers(port):
+    """Whether the proxy knows which server writes: until its first looks it takes connections to both, in turns."""
     call = ["psql", "-XAtq", f"postgres://trunnion@127.0.0.1:{port}/trunnion", "-c", "SELECT 1"]
-    return subprocess.run(call, capture_output=True).returncode == 0
+    return all(subprocess.run(call, capture_output=True).returncode == 0 for _ in range(4))
 
 
 main()
