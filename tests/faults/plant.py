@@ -229,7 +229,10 @@ class Load:
                 if answer.status in (200, 202):
                     self.kept[key] = answer.document["id"]
                     return
-                if answer.status != 503:
+                # The queue has as many jobs of this caller as it may: the client waits, as an MES would.
+                if answer.status == 429 and answer.document["type"] == "/problems/quota":
+                    time.sleep(1.0)
+                elif answer.status != 503:
                     self.wrong.append((key, answer))
                     return
             elif answer is not None:
