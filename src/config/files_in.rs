@@ -29,14 +29,14 @@ pub enum FilesIn {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bucket {
     name: String,
-    /// Without slashes at its ends; empty if there is none.
+    /// It neither begins nor ends with a slash. Without a prefix it is empty.
     prefix: String,
 }
 
 /// The setting names no place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[error(
-    "it is none of directory, postgres and s3://BUCKET/PREFIX. A bucket has 3 to 63 characters of a-z 0-9 . -, and a \
+    "write directory, postgres or s3://BUCKET/PREFIX. A bucket has 3 to 63 characters of a-z 0-9 . -, and a \
      prefix has A-Z a-z 0-9 . _ - between single slashes"
 )]
 pub struct NoPlace;

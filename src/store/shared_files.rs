@@ -404,7 +404,7 @@ impl SharedFiles {
     }
 }
 
-/// Bytes of a file from this place on: as many as asked for, if there are so many.
+/// Bytes of a file from this place on: `length` bytes, or fewer if the file ends before.
 fn filled(file: &File, mut at: u64, length: usize) -> io::Result<Vec<u8>> {
     let rest = file.metadata()?.len().saturating_sub(at);
     let mut part = vec![0; length.min(usize::try_from(rest).unwrap_or(length))];

@@ -92,7 +92,7 @@ impl Between {
         Some(between)
     }
 
-    /// Does this wrong from now on, so many times.
+    /// From now on the server makes this fault, `times` times.
     fn does(&self, wrong: Wrong, asked: Asked, times: usize) {
         *self.wrong.lock().unwrap() = (wrong, asked, times);
         self.met.store(0, Ordering::SeqCst);
@@ -231,7 +231,7 @@ async fn service() -> Option<Service> {
     Some(Service { app, held, between, stored, schema, _folder: folder })
 }
 
-/// A program of so many bytes, each of its own.
+/// A program of at least `bytes` bytes. Programs with different names differ.
 fn program(name: &str, bytes: usize) -> String {
     format!("g1 x{name} ({})\n", "1234567".repeat(bytes / 7 + 1))
 }
@@ -569,7 +569,7 @@ async fn another_bucket_is_refused_at_the_start_and_nothing_is_changed() {
     let emptied = refusal(&|_| {}).await;
     assert!(emptied.contains("does not have the files of this database"), "{emptied}");
     stored.put("database.id", Vec::new()).await;
-    // Keys that others can read, or that are none.
+    // A file that others can read, and files without keys.
     let folder = TempDir::new().unwrap();
     let keys = folder.path().join("keys");
     let with_keys = |text: &str, mode: u32| {

@@ -53,8 +53,8 @@ const LEFT_OUT: [(&str, &str); 11] = [
 ];
 
 /// Canned cycles: the file, the axis that is drilled along, and how many ends of blocks are told. These ends are
-/// compared, except along that axis. No end is told after repetitions, and none in G18 and G19, where some controls drill
-/// along Z.
+/// compared, except along that axis. After repetitions no end is told. In G18 and G19 no end is told either, because some
+/// controls drill along Z there.
 const CYCLES: [(&str, char, usize); 6] = [
     ("g81/g17/g98/g17-g98-g81.ngc", 'Z', 3),
     ("g81/g17/g99/g17-g99-g81.ngc", 'Z', 3),

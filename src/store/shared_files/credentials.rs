@@ -51,7 +51,7 @@ impl Credentials {
                 "aws_session_token" => read.token = Some(value),
                 _ => {
                     return Err(format!(
-                        "line {number} is none of aws_access_key_id = …, aws_secret_access_key = …, aws_session_token = …"
+                        "line {number} has another name; write aws_access_key_id = …, aws_secret_access_key = … or aws_session_token = …"
                     ));
                 }
             }
