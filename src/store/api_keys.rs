@@ -17,61 +17,43 @@ pub struct ApiKeyRow {
     pub secret_sha256: String,
 }
 
-struct StoredKey {
-    id: String,
-    secret_sha256: String,
-    name: String,
-    scopes: String,
-    machines: Option<String>,
-    created_at: String,
-    expires_at: Option<String>,
-    revoked_at: Option<String>,
-    last_used_at: Option<String>,
+row! {
+    struct StoredKey {
+        id: String,
+        secret_sha256: String,
+        name: String,
+        scopes: String,
+        machines: Option<String>,
+        created_at: String,
+        expires_at: Option<String>,
+        revoked_at: Option<String>,
+        last_used_at: Option<String>,
+    }
 }
-row!(StoredKey {
-    id,
-    secret_sha256,
-    name,
-    scopes,
-    machines,
-    created_at,
-    expires_at,
-    revoked_at,
-    last_used_at
-});
 
-/// A key in a list.
-struct ListedKey {
-    seq: i64,
-    id: String,
-    secret_sha256: String,
-    name: String,
-    scopes: String,
-    machines: Option<String>,
-    created_at: String,
-    expires_at: Option<String>,
-    revoked_at: Option<String>,
-    last_used_at: Option<String>,
+row! {
+    /// A key in a list.
+    struct ListedKey {
+        seq: i64,
+        id: String,
+        secret_sha256: String,
+        name: String,
+        scopes: String,
+        machines: Option<String>,
+        created_at: String,
+        expires_at: Option<String>,
+        revoked_at: Option<String>,
+        last_used_at: Option<String>,
+    }
 }
-row!(ListedKey {
-    seq,
-    id,
-    secret_sha256,
-    name,
-    scopes,
-    machines,
-    created_at,
-    expires_at,
-    revoked_at,
-    last_used_at
-});
 
-/// The key that a request has created.
-struct KeyOfRequest {
-    id: String,
-    fingerprint: Option<String>,
+row! {
+    /// The key that a request has created.
+    struct KeyOfRequest {
+        id: String,
+        fingerprint: Option<String>,
+    }
 }
-row!(KeyOfRequest { id, fingerprint });
 
 impl StoredKey {
     fn read(self) -> Result<ApiKeyRow, StoreError> {

@@ -59,37 +59,6 @@ pub struct AuditFilter {
     pub to: Option<String>,
 }
 
-struct StoredEntry {
-    seq: i64,
-    at: String,
-    origin: String,
-    key_id: Option<String>,
-    action: String,
-    method: Option<String>,
-    route: Option<String>,
-    request_id: Option<String>,
-    machine_id: Option<String>,
-    resource: String,
-    revision_before: Option<i64>,
-    revision_after: Option<i64>,
-    sha256: Option<String>,
-}
-row!(StoredEntry {
-    seq,
-    at,
-    origin,
-    key_id,
-    action,
-    method,
-    route,
-    request_id,
-    machine_id,
-    resource,
-    revision_before,
-    revision_after,
-    sha256
-});
-
 /// Writes a change into the log, inside the transaction that makes it, and chains it to the entry before it.
 pub(super) async fn audit(tx: &mut Tx<'_>, actor: &Actor, change: Change<'_>) -> Result<(), sqlx::Error> {
     let Actor { origin, key_id, method, route, request_id } = actor;
@@ -169,7 +138,7 @@ impl Store {
             ($seq:tt, $times:tt) => {
                 sql!(
                     self.db,
-                    all(StoredEntry),
+                    all(ChainedEntry),
                     "SELECT seq AS \"seq!\", at, origin, key_id, action, method, route, request_id, machine_id,
                          resource, revision_before, revision_after, sha256 FROM audit
                      WHERE "

@@ -113,39 +113,26 @@ pub struct AuditChain {
     pub faults: Vec<ChainFault>,
 }
 
-/// The digested data of an entry.
-#[derive(Debug, Clone)]
-pub(super) struct ChainedEntry {
-    pub(super) seq: i64,
-    pub(super) at: String,
-    pub(super) origin: String,
-    pub(super) key_id: Option<String>,
-    pub(super) action: String,
-    pub(super) method: Option<String>,
-    pub(super) route: Option<String>,
-    pub(super) request_id: Option<String>,
-    pub(super) machine_id: Option<String>,
-    pub(super) resource: String,
-    pub(super) revision_before: Option<i64>,
-    pub(super) revision_after: Option<i64>,
-    /// The stored digest.
-    pub(super) sha256: Option<Sha256Hex>,
+row! {
+    /// The digested data of an entry.
+    #[derive(Debug, Clone)]
+    pub(super) struct ChainedEntry {
+        pub(super) seq: i64,
+        pub(super) at: String,
+        pub(super) origin: String,
+        pub(super) key_id: Option<String>,
+        pub(super) action: String,
+        pub(super) method: Option<String>,
+        pub(super) route: Option<String>,
+        pub(super) request_id: Option<String>,
+        pub(super) machine_id: Option<String>,
+        pub(super) resource: String,
+        pub(super) revision_before: Option<i64>,
+        pub(super) revision_after: Option<i64>,
+        /// The stored digest.
+        pub(super) sha256: Option<Sha256Hex>,
+    }
 }
-row!(ChainedEntry {
-    seq,
-    at,
-    origin,
-    key_id,
-    action,
-    method,
-    route,
-    request_id,
-    machine_id,
-    resource,
-    revision_before,
-    revision_after,
-    sha256
-});
 
 impl ChainedEntry {
     /// The digest of this entry after an entry with the digest `previous`.
@@ -171,12 +158,13 @@ impl ChainedEntry {
     }
 }
 
-/// Number and digest of an entry.
-pub(super) struct StoredHead {
-    pub(super) seq: i64,
-    pub(super) sha256: Option<Sha256Hex>,
+row! {
+    /// Number and digest of an entry.
+    pub(super) struct StoredHead {
+        pub(super) seq: i64,
+        pub(super) sha256: Option<Sha256Hex>,
+    }
 }
-row!(StoredHead { seq, sha256 });
 
 /// Number and digest of the last entry.
 pub(super) async fn last_entry(tx: &mut Tx<'_>) -> Result<Option<StoredHead>, sqlx::Error> {

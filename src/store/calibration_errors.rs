@@ -48,20 +48,22 @@ pub(super) fn error_rows(document: &CalibrationDocument) -> Vec<ErrorRow> {
     rows
 }
 
-/// A run as it is stored.
-struct StoredRun {
-    seq: i64,
-    document: String,
+row! {
+    /// A run as it is stored.
+    struct StoredRun {
+        seq: i64,
+        document: String,
+    }
 }
-row!(StoredRun { seq, document });
 
-/// The row of a trend.
-struct StoredError {
-    value: f64,
-    standard_uncertainty: Option<f64>,
-    identifiable: i64,
+row! {
+    /// The row of a trend.
+    struct StoredError {
+        value: f64,
+        standard_uncertainty: Option<f64>,
+        identifiable: i64,
+    }
 }
-row!(StoredError { value, standard_uncertainty, identifiable });
 
 /// The runs whose rows contradict their document, in words. A document that cannot be read is left out: its digest
 /// shows the damage.

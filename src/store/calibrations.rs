@@ -64,65 +64,63 @@ pub struct TrendQuery<'a> {
     pub limit: i64,
 }
 
-/// One time that a run was applied.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CalibrationUse {
-    /// The revision of the machine that has the errors of the run.
-    pub revision: i64,
-    /// Time of the revision.
-    pub at: String,
-    /// The key of the request; `None` if the service needed none.
-    pub key_id: Option<String>,
+row! {
+    /// One time that a run was applied.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct CalibrationUse {
+        /// The revision of the machine that has the errors of the run.
+        pub revision: i64,
+        /// Time of the revision.
+        pub at: String,
+        /// The key of the request; `None` if the service needed none.
+        pub key_id: Option<String>,
+    }
 }
-row!(CalibrationUse { revision, at, key_id });
 
-/// The newest measurement of one machine.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CalibrationAge {
-    /// The machine.
-    pub machine_id: String,
-    /// Time of the newest measurement; `None` if the machine was never calibrated.
-    pub measured_at: Option<String>,
-    /// The period that the current profile states.
-    pub due_days: Option<f64>,
+row! {
+    /// The newest measurement of one machine.
+    #[derive(Debug, Clone, PartialEq)]
+    pub struct CalibrationAge {
+        /// The machine.
+        pub machine_id: String,
+        /// Time of the newest measurement; `None` if the machine was never calibrated.
+        pub measured_at: Option<String>,
+        /// The period that the current profile states.
+        pub due_days: Option<f64>,
+    }
 }
-row!(CalibrationAge { machine_id, measured_at, due_days });
 
-/// A run in a list, without its readings.
-struct ListedCalibration {
-    seq: i64,
-    id: String,
-    document: String,
-    document_sha256: String,
+row! {
+    /// A run in a list, without its readings.
+    struct ListedCalibration {
+        seq: i64,
+        id: String,
+        document: String,
+        document_sha256: String,
+    }
 }
-row!(ListedCalibration { seq, id, document, document_sha256 });
 
-/// One error of a run.
-struct StoredTrendPoint {
-    calibration_id: String,
-    measured_at: String,
-    machine_revision: i64,
-    value: f64,
-    standard_uncertainty: Option<f64>,
-    identifiable: i64,
+row! {
+    /// One error of a run.
+    struct StoredTrendPoint {
+        calibration_id: String,
+        measured_at: String,
+        machine_revision: i64,
+        value: f64,
+        standard_uncertainty: Option<f64>,
+        identifiable: i64,
+    }
 }
-row!(StoredTrendPoint {
-    calibration_id,
-    measured_at,
-    machine_revision,
-    value,
-    standard_uncertainty,
-    identifiable
-});
 
-struct StoredCalibration {
-    id: String,
-    document: String,
-    document_sha256: String,
-    run: String,
-    run_sha256: String,
+row! {
+    struct StoredCalibration {
+        id: String,
+        document: String,
+        document_sha256: String,
+        run: String,
+        run_sha256: String,
+    }
 }
-row!(StoredCalibration { id, document, document_sha256, run, run_sha256 });
 
 impl StoredCalibration {
     fn read(self, store: &Store) -> Result<CalibrationRow, StoreError> {

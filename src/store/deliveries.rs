@@ -10,15 +10,16 @@ use super::machines::as_array;
 use super::{Cursor, KeyUse, Page, Store, StoreError};
 use crate::wire::{AuditAction, DeliveryAttempt, DeliveryOutcome, DeliveryState};
 
-/// A webhook that is due.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DueDelivery {
-    /// The job.
-    pub job_id: String,
-    /// Host and port of the receiver.
-    pub receiver: String,
+row! {
+    /// A webhook that is due.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct DueDelivery {
+        /// The job.
+        pub job_id: String,
+        /// Host and port of the receiver.
+        pub receiver: String,
+    }
 }
-row!(DueDelivery { job_id, receiver });
 
 /// State of a delivery.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -57,15 +58,16 @@ pub enum Redelivery {
     KeyTaken,
 }
 
-/// The waiting webhooks.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DeliveriesWaiting {
-    /// How many are waiting.
-    pub count: i64,
-    /// End of the job with the oldest one.
-    pub oldest: Option<String>,
+row! {
+    /// The waiting webhooks.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct DeliveriesWaiting {
+        /// How many are waiting.
+        pub count: i64,
+        /// End of the job with the oldest one.
+        pub oldest: Option<String>,
+    }
 }
-row!(DeliveriesWaiting { count, oldest });
 
 /// Jobs and receivers to leave out: those that are being delivered, and receivers that have reached their limit.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -76,24 +78,26 @@ pub struct Taken {
     pub receivers: BTreeSet<String>,
 }
 
-struct StoredDelivery {
-    receiver: String,
-    state: String,
-    round: i64,
-    attempts: i64,
-    due_at: Option<String>,
+row! {
+    struct StoredDelivery {
+        receiver: String,
+        state: String,
+        round: i64,
+        attempts: i64,
+        due_at: Option<String>,
+    }
 }
-row!(StoredDelivery { receiver, state, round, attempts, due_at });
 
-struct StoredAttempt {
-    seq: i64,
-    started_at: String,
-    duration_ms: i64,
-    status: Option<i64>,
-    outcome: String,
-    detail: String,
+row! {
+    struct StoredAttempt {
+        seq: i64,
+        started_at: String,
+        duration_ms: i64,
+        status: Option<i64>,
+        outcome: String,
+        detail: String,
+    }
 }
-row!(StoredAttempt { seq, started_at, duration_ms, status, outcome, detail });
 
 impl Store {
     /// The due webhooks, those that have waited longest first. A webhook is due at `now` or before, or if its time is

@@ -55,19 +55,21 @@ impl fmt::Debug for Instance {
     }
 }
 
-/// A lease that was moved on.
-struct Moved {
-    job_id: String,
-    cancel_requested: i64,
+row! {
+    /// A lease that was moved on.
+    struct Moved {
+        job_id: String,
+        cancel_requested: i64,
+    }
 }
-row!(Moved { job_id, cancel_requested });
 
-/// What the server says to a service that lives.
-struct Beaten {
-    now_us: i64,
-    usable_from: i64,
+row! {
+    /// What the server says to a service that lives.
+    struct Beaten {
+        now_us: i64,
+        usable_from: i64,
+    }
 }
-row!(Beaten { now_us, usable_from });
 
 impl Instance {
     /// Enters the service under a name that was never used before, and begins to listen. The data directory tells the

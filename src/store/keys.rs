@@ -37,25 +37,18 @@ pub enum Remembered {
     Other,
 }
 
-/// A use of a key, and what it belongs to.
-struct StoredUse {
-    fingerprint: String,
-    job_id: Option<String>,
-    calibration_id: Option<String>,
-    calibrated: Option<String>,
-    machine_id: Option<String>,
-    machine_revision: Option<i64>,
-    wear_entry_id: Option<String>,
+row! {
+    /// A use of a key, and what it belongs to.
+    struct StoredUse {
+        fingerprint: String,
+        job_id: Option<String>,
+        calibration_id: Option<String>,
+        calibrated: Option<String>,
+        machine_id: Option<String>,
+        machine_revision: Option<i64>,
+        wear_entry_id: Option<String>,
+    }
 }
-row!(StoredUse {
-    fingerprint,
-    job_id,
-    calibration_id,
-    calibrated,
-    machine_id,
-    machine_revision,
-    wear_entry_id
-});
 
 /// The answer that a key belongs to.
 #[derive(Debug, Clone, Copy)]

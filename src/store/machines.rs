@@ -54,45 +54,49 @@ pub enum PutOutcome {
     Replaced(Revision),
 }
 
-struct RevisionRow {
-    machine_id: String,
-    revision: i64,
-    profile: String,
-    sha256: String,
-    created_at: String,
-    calibration_id: Option<String>,
+row! {
+    struct RevisionRow {
+        machine_id: String,
+        revision: i64,
+        profile: String,
+        sha256: String,
+        created_at: String,
+        calibration_id: Option<String>,
+    }
 }
-row!(RevisionRow { machine_id, revision, profile, sha256, created_at, calibration_id });
 
-/// A machine in a list.
-struct ListedRevision {
-    seq: i64,
-    machine_id: String,
-    revision: i64,
-    profile: String,
-    sha256: String,
-    created_at: String,
-    calibration_id: Option<String>,
+row! {
+    /// A machine in a list.
+    struct ListedRevision {
+        seq: i64,
+        machine_id: String,
+        revision: i64,
+        profile: String,
+        sha256: String,
+        created_at: String,
+        calibration_id: Option<String>,
+    }
 }
-row!(ListedRevision { seq, machine_id, revision, profile, sha256, created_at, calibration_id });
 
-/// The last revision of a machine, which may be deleted.
-struct CurrentRevision {
-    deleted: i64,
-    last_revision: i64,
-    profile: String,
-    sha256: String,
-    created_at: String,
-    calibration_id: Option<String>,
+row! {
+    /// The last revision of a machine, which may be deleted.
+    struct CurrentRevision {
+        deleted: i64,
+        last_revision: i64,
+        profile: String,
+        sha256: String,
+        created_at: String,
+        calibration_id: Option<String>,
+    }
 }
-row!(CurrentRevision { deleted, last_revision, profile, sha256, created_at, calibration_id });
 
-/// Number and digest of the last revision of a machine.
-struct CurrentHead {
-    last_revision: i64,
-    sha256: String,
+row! {
+    /// Number and digest of the last revision of a machine.
+    struct CurrentHead {
+        last_revision: i64,
+        sha256: String,
+    }
 }
-row!(CurrentHead { last_revision, sha256 });
 
 impl RevisionRow {
     fn read(self, store: &Store) -> Result<Revision, StoreError> {

@@ -123,21 +123,23 @@ pub enum Cancelling {
     Ended(JobState),
 }
 
-/// The job whose turn it is.
-struct Next {
-    id: String,
-    machine_id: String,
-    caller: Option<String>,
+row! {
+    /// The job whose turn it is.
+    struct Next {
+        id: String,
+        machine_id: String,
+        caller: Option<String>,
+    }
 }
-row!(Next { id, machine_id, caller });
 
-/// A job that its client cancels.
-struct Cancelled {
-    state: String,
-    machine_id: String,
-    cancel_requested: i64,
+row! {
+    /// A job that its client cancels.
+    struct Cancelled {
+        state: String,
+        machine_id: String,
+        cancel_requested: i64,
+    }
 }
-row!(Cancelled { state, machine_id, cancel_requested });
 
 /// Number of deaths of the process beside others after which a job is computed alone: it is not known which job
 /// caused them.

@@ -4,24 +4,26 @@ use super::error::Doing;
 use super::{QueueRoom, Store, StoreError};
 use crate::shares::NoShare;
 
-/// The number of waiting and running jobs.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct QueueDepth {
-    /// Jobs that are waiting.
-    pub queued: i64,
-    /// Jobs that run.
-    pub running: i64,
-    /// Time since when the oldest waiting job has been waiting.
-    pub oldest: Option<String>,
+row! {
+    /// The number of waiting and running jobs.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct QueueDepth {
+        /// Jobs that are waiting.
+        pub queued: i64,
+        /// Jobs that run.
+        pub running: i64,
+        /// Time since when the oldest waiting job has been waiting.
+        pub oldest: Option<String>,
+    }
 }
-row!(QueueDepth { queued, running, oldest });
 
-/// Waiting jobs, and those of one caller among them.
-pub(super) struct Waiting {
-    pub(super) all: i64,
-    pub(super) own: i64,
+row! {
+    /// Waiting jobs, and those of one caller among them.
+    pub(super) struct Waiting {
+        pub(super) all: i64,
+        pub(super) own: i64,
+    }
 }
-row!(Waiting { all, own });
 
 impl Store {
     /// Whether one more job of a caller may wait.

@@ -29,13 +29,14 @@ impl Recovered {
     }
 }
 
-/// A job whose lease has expired.
-struct Expired {
-    id: String,
-    /// How it was computed, if its holder is dead.
-    computed: Option<String>,
+row! {
+    /// A job whose lease has expired.
+    struct Expired {
+        id: String,
+        /// How it was computed, if its holder is dead.
+        computed: Option<String>,
+    }
 }
-row!(Expired { id, computed });
 
 impl Store {
     /// Takes over the jobs that a process had taken before it died. A job that its client had cancelled is cancelled.

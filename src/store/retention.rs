@@ -8,16 +8,17 @@ use crate::wire::{AuditAction, AuditOrigin};
 /// Jobs removed in one transaction: other transactions write in between.
 const REMOVED_AT_ONCE: i64 = 200;
 
-/// A job that was removed, and the files that it named.
-struct RemovedJob {
-    id: String,
-    machine_id: String,
-    input_sha256: String,
-    surface_sha256: Option<String>,
-    output_sha256: Option<String>,
-    changes_sha256: Option<String>,
+row! {
+    /// A job that was removed, and the files that it named.
+    struct RemovedJob {
+        id: String,
+        machine_id: String,
+        input_sha256: String,
+        surface_sha256: Option<String>,
+        output_sha256: Option<String>,
+        changes_sha256: Option<String>,
+    }
 }
-row!(RemovedJob { id, machine_id, input_sha256, surface_sha256, output_sha256, changes_sha256 });
 
 impl Store {
     /// Removes some of the jobs that ended before `ended_before` and whose idempotency key, if any, was used before

@@ -165,9 +165,16 @@ macro_rules! checked {
     ($on:expr, all($row:ident), $($query:tt)*) => { sqlx::query_as!($row, $($query)*).fetch_all($on).await };
 }
 
-/// Reads the members of a row of [`sql!`] from the columns with their names.
+/// Declares a row of [`sql!`]. Its members are read from the columns with their names.
 macro_rules! row {
-    ($row:ident { $($member:ident),+ $(,)? }) => {
+    ($(#[$of_row:meta])* $visible:vis struct $row:ident {
+        $($(#[$of_member:meta])* $shown:vis $member:ident: $kind:ty),+ $(,)?
+    }) => {
+        $(#[$of_row])*
+        $visible struct $row {
+            $($(#[$of_member])* $shown $member: $kind),+
+        }
+
         impl sqlx::FromRow<'_, sqlx::sqlite::SqliteRow> for $row {
             fn from_row(row: &sqlx::sqlite::SqliteRow) -> Result<Self, sqlx::Error> {
                 Ok(Self { $($member: $crate::store::sql::column(row, stringify!($member))?),+ })

@@ -169,22 +169,24 @@ pub(super) async fn delete_tools_of(
     Ok(())
 }
 
-/// A tool that is deleted with its machine.
-struct LiveTool {
-    tool_id: String,
-    last_revision: i64,
+row! {
+    /// A tool that is deleted with its machine.
+    struct LiveTool {
+        tool_id: String,
+        last_revision: i64,
+    }
 }
-row!(LiveTool { tool_id, last_revision });
 
-/// The last revision of a tool, which may be deleted.
-struct ToolHead {
-    deleted: i64,
-    last_revision: i64,
-    document: String,
-    sha256: String,
-    created_at: String,
+row! {
+    /// The last revision of a tool, which may be deleted.
+    struct ToolHead {
+        deleted: i64,
+        last_revision: i64,
+        document: String,
+        sha256: String,
+        created_at: String,
+    }
 }
-row!(ToolHead { deleted, last_revision, document, sha256, created_at });
 
 /// The stored state of a machine's `tool_id`.
 struct Found {

@@ -24,35 +24,38 @@ pub struct ToolRevision {
     pub sha256: String,
 }
 
-struct ToolRow {
-    machine_id: String,
-    tool_id: String,
-    revision: i64,
-    document: String,
-    sha256: String,
-    created_at: String,
+row! {
+    struct ToolRow {
+        machine_id: String,
+        tool_id: String,
+        revision: i64,
+        document: String,
+        sha256: String,
+        created_at: String,
+    }
 }
-row!(ToolRow { machine_id, tool_id, revision, document, sha256, created_at });
 
-/// A tool of a machine's table, at one revision.
-struct TableRow {
-    tool_id: String,
-    revision: i64,
-    document: String,
-    sha256: String,
+row! {
+    /// A tool of a machine's table, at one revision.
+    struct TableRow {
+        tool_id: String,
+        revision: i64,
+        document: String,
+        sha256: String,
+    }
 }
-row!(TableRow { tool_id, revision, document, sha256 });
 
-/// A tool in a list.
-struct ListedTool {
-    seq: i64,
-    tool_id: String,
-    revision: i64,
-    document: String,
-    sha256: String,
-    created_at: String,
+row! {
+    /// A tool in a list.
+    struct ListedTool {
+        seq: i64,
+        tool_id: String,
+        revision: i64,
+        document: String,
+        sha256: String,
+        created_at: String,
+    }
 }
-row!(ListedTool { seq, tool_id, revision, document, sha256, created_at });
 
 impl ToolRow {
     fn read(self, store: &Store) -> Result<ToolRevision, StoreError> {

@@ -52,47 +52,33 @@ pub enum AddedWear {
 /// Largest number of conflicts that are reported.
 const MOST_CONFLICTS: usize = 100;
 
-/// The entries of one edge.
-struct EdgeCount {
-    edge: String,
-    count: i64,
+row! {
+    /// The entries of one edge.
+    struct EdgeCount {
+        edge: String,
+        count: i64,
+    }
 }
-row!(EdgeCount { edge, count });
 
-struct StoredEntry {
-    seq: i64,
-    id: String,
-    machine_id: String,
-    tool_id: String,
-    cutter_id: String,
-    edge: String,
-    quantity: String,
-    parts_cut: i64,
-    wear_um: f64,
-    standard_uncertainty_um: Option<f64>,
-    measured_at: String,
-    created_at: String,
-    note: Option<String>,
-    withdrawn_at: Option<String>,
-    reason: Option<String>,
+row! {
+    struct StoredEntry {
+        seq: i64,
+        id: String,
+        machine_id: String,
+        tool_id: String,
+        cutter_id: String,
+        edge: String,
+        quantity: String,
+        parts_cut: i64,
+        wear_um: f64,
+        standard_uncertainty_um: Option<f64>,
+        measured_at: String,
+        created_at: String,
+        note: Option<String>,
+        withdrawn_at: Option<String>,
+        reason: Option<String>,
+    }
 }
-row!(StoredEntry {
-    seq,
-    id,
-    machine_id,
-    tool_id,
-    cutter_id,
-    edge,
-    quantity,
-    parts_cut,
-    wear_um,
-    standard_uncertainty_um,
-    measured_at,
-    created_at,
-    note,
-    withdrawn_at,
-    reason
-});
 
 impl StoredEntry {
     fn read(self) -> WearEntry {

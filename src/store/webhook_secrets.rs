@@ -17,12 +17,13 @@ pub struct WebhookSecretRow {
     pub signs_until: Option<String>,
 }
 
-struct StoredSecret {
-    secret: String,
-    created_at: String,
-    signs_until: Option<String>,
+row! {
+    struct StoredSecret {
+        secret: String,
+        created_at: String,
+        signs_until: Option<String>,
+    }
 }
-row!(StoredSecret { secret, created_at, signs_until });
 
 impl Store {
     /// Every stored secret, newest first.

@@ -4,19 +4,21 @@ use sqlx::{Connection, Error};
 
 use super::SharedFiles;
 
-/// An upload in parts.
-pub(super) struct Upload {
-    pub(super) object_key: String,
-    pub(super) upload_id: String,
+row! {
+    /// An upload in parts.
+    pub(super) struct Upload {
+        pub(super) object_key: String,
+        pub(super) upload_id: String,
+    }
 }
-row!(Upload { object_key, upload_id });
 
-/// A file that is kept.
-pub(super) struct Kept {
-    pub(super) object_key: String,
-    pub(super) length: i64,
+row! {
+    /// A file that is kept.
+    pub(super) struct Kept {
+        pub(super) object_key: String,
+        pub(super) length: i64,
+    }
 }
-row!(Kept { object_key, length });
 
 impl SharedFiles {
     /// The file, if it is kept already; it is then kept for another day.
