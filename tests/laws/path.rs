@@ -37,6 +37,18 @@ fn with_travels(machine: &Machine, travels: [Option<Travel>; 2]) -> Machine {
     Machine::new(parts).unwrap()
 }
 
+/// The same machine, with this travel of X to both sides of zero \[mm\].
+fn with_x_up_to(machine: &Machine, max: Option<f64>) -> Machine {
+    let mut parts = parts_of(machine);
+    parts.linear_travel_mm = [max.map(|max| Travel { min: -max, max }), None, None];
+    Machine::new(parts).unwrap()
+}
+
+/// Ends of the travel of X among which paths of these tests are in reach, partly in reach and out of reach \[mm\].
+fn x_ends() -> impl Strategy<Value = Option<f64>> {
+    prop::option::of(20.0..400.0_f64)
+}
+
 fn travel() -> impl Strategy<Value = Option<Travel>> {
     prop_oneof![
         Just(None),
@@ -190,8 +202,9 @@ proptest! {
     #[test]
     fn a_path_keeps_tips_and_axes_and_lanes_change_no_bit(
         machine in preset_machine(true), travels in [travel(), travel()], poses in poses(700), nearest in any::<bool>(),
+        linear in x_ends(),
     ) {
-        let machine = with_travels(&machine, travels);
+        let machine = with_x_up_to(&with_travels(&machine, travels), linear);
         let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
         let selection = if nearest { Selection::Nearest } else { Selection::Cheapest };
         let options = PathOptions { selection, ..PathOptions::default() };
@@ -217,9 +230,9 @@ proptest! {
     fn a_smooth_path_is_the_same_to_the_last_bit_in_blocks_and_one_by_one(
         machine in preset_machine(true), travels in [travel(), travel()], poses in smooth_poses(), nearest in any::<bool>(),
         start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]),
-        rewind_deg in prop_oneof![Just(120.0), Just(30.0), Just(200.0)],
+        rewind_deg in prop_oneof![Just(120.0), Just(30.0), Just(200.0)], linear in x_ends(),
     ) {
-        let machine = with_travels(&machine, travels);
+        let machine = with_x_up_to(&with_travels(&machine, travels), linear);
         let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
         let selection = if nearest { Selection::Nearest } else { Selection::Cheapest };
         let options = PathOptions { selection, start_words_deg: start, rewind_deg, ..PathOptions::default() };
@@ -238,11 +251,9 @@ proptest! {
     fn few_poses_are_solved_singly_to_the_last_bit(
         machine in preset_machine(true), travels in [travel(), travel()], poses in (1..40_usize).prop_flat_map(poses),
         nearest in any::<bool>(), start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]),
-        linear in prop::option::of(20.0..400.0_f64),
+        linear in x_ends(),
     ) {
-        let mut parts = parts_of(&with_travels(&machine, travels));
-        parts.linear_travel_mm = linear.map_or([None; 3], |max| [Some(Travel { min: -max, max }), None, None]);
-        let machine = Machine::new(parts).unwrap();
+        let machine = with_x_up_to(&with_travels(&machine, travels), linear);
         let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
         let selection = if nearest { Selection::Nearest } else { Selection::Cheapest };
         let options = PathOptions { selection, start_words_deg: start, ..PathOptions::default() };
@@ -272,11 +283,9 @@ proptest! {
     #[test]
     fn a_single_pose_is_reached_as_the_first_of_a_path_that_stays_there(
         machine in preset_machine(true), travels in [travel(), travel()], poses in poses(40), on_pole in any::<bool>(),
-        start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]), linear in prop::option::of(20.0..400.0_f64),
+        start in prop::option::of([-170.0..170.0_f64, -170.0..170.0_f64]), linear in x_ends(),
     ) {
-        let mut parts = parts_of(&with_travels(&machine, travels));
-        parts.linear_travel_mm = linear.map_or([None; 3], |max| [Some(Travel { min: -max, max }), None, None]);
-        let machine = Machine::new(parts).unwrap();
+        let machine = with_x_up_to(&with_travels(&machine, travels), linear);
         let kinematics = Kinematics::new(&machine, &Setup { tool_length_mm: 80.0, ..Setup::default() });
         let options = PathOptions { start_words_deg: start, ..PathOptions::default() };
         for mut pose in poses {

@@ -1,13 +1,14 @@
-//! The directions of all poses of a path: in lanes, and one by one near the pole, the reach limit or ends of travel.
+//! The directions of all poses of a path: in lanes, and one by one near the pole or the reach limit.
 //!
 //! Inside the pole cone u keeps the word with which the cone was entered. A path that begins there waits for the words
 //! of the first pose outside.
 
 use super::aligned::Aligned;
-use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, both_words, point};
+use super::joining::JoinLanes;
+use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, Targets, both_words, point};
 use super::pointing::principal_deg;
 use super::walk::{ALIVE, HELD, LIMIT, PLAIN, Walk, branch_words, branch_words_mut};
-use super::{InverseError, REACH_SLACK_RAD};
+use super::{InverseError, Kinematics, REACH_SLACK_RAD};
 use crate::geometry::trig;
 
 /// The directions found so far.
@@ -37,16 +38,28 @@ pub(super) struct ExaminedLanes {
     pub(super) pointed: Box<PointedBlock>,
     /// For a block at the end that is not full.
     words_deg: Box<Aligned<[Lane; 4]>>,
+    /// To compare X Y Z of both solutions with their travels, if they have any.
+    tried: Option<Tried>,
     /// Whether a pose of the block has no margin.
     pub(super) care: bool,
 }
 
+/// Words of one solution in a block, and the joints to which they lead.
+struct Tried {
+    /// Words of u, v \[deg\].
+    words_deg: Box<Aligned<[Lane; 2]>>,
+    lanes: JoinLanes,
+}
+
 impl ExaminedLanes {
-    fn new() -> Self {
+    fn new(kinematics: &Kinematics) -> Self {
+        let tried =
+            || Tried { words_deg: Box::new(Aligned([[0.0; BLOCK]; 2])), lanes: JoinLanes::new(kinematics) };
         Self {
             copy: Box::new(PoseBlock::new()),
             pointed: Box::new(PointedBlock::new()),
             words_deg: Box::new(Aligned([[0.0; BLOCK]; 4])),
+            tried: kinematics.is_linear_limited().then(tried),
             care: true,
         }
     }
@@ -67,11 +80,10 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         self.marks.clear();
         self.marks.resize(count, PLAIN);
         let cone_rad = self.kinematics.pole_cone_rad();
-        let linear_limited = self.kinematics.linear_travel_mm.iter().any(Option::is_some);
         Examination {
             cone_rad,
             cone_sin2: trig::sin_cos(1.001 * cone_rad).0.powi(2),
-            lanes: (!(linear_limited || self.singly)).then(ExaminedLanes::new),
+            lanes: (!self.singly).then(|| ExaminedLanes::new(self.kinematics)),
             held_u: self.start.map(|words| [principal_deg(words[0]); 2]),
             waiting: 0,
             before: [0.0; 4],
@@ -98,8 +110,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         Ok(())
     }
 
-    /// Solves the directions of a block that was pointed. Poses near the pole, the reach limit or travel ends are
-    /// solved one by one.
+    /// Solves the directions of a block that was pointed. Poses near the pole or the reach limit are solved one by one.
     pub(super) fn examine(
         &mut self,
         begin: usize,
@@ -112,6 +123,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let lanes = &mut examination.lanes;
         let care = lanes.as_mut().is_none_or(|lanes| {
             self.keep_words(begin, lanes);
+            self.try_both(begin, lanes);
             lanes.care
         });
         for pose in begin..if care { end } else { begin } {
@@ -184,6 +196,26 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         both_words(set, pointing, pointed, words_deg.each_mut());
         for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(words_deg.iter()) {
             kept[begin..end].copy_from_slice(&found[..end - begin]);
+        }
+    }
+
+    /// Marks which solutions of a block keep X Y Z within travel, if there is a travel.
+    fn try_both(&mut self, begin: usize, lanes: &mut ExaminedLanes) {
+        let ExaminedLanes { copy, tried: Some(Tried { words_deg, lanes }), .. } = lanes else { return };
+        let end = self.poses.count().min(begin + BLOCK);
+        let tip_mm = self.poses.tips(begin, copy);
+        let marks = &mut self.marks[begin..end];
+        marks.fill(0);
+        for (branch, words) in branch_words(&self.out.joints).chunks_exact(2).enumerate() {
+            for (lane, kept) in words_deg.iter_mut().zip(words) {
+                lane[..end - begin].copy_from_slice(&kept[begin..end]);
+            }
+            let targets = Targets { words_deg, tip_mm };
+            let linear_mm = lanes.linear_mm(self.options.instructions, targets);
+            for (lane, mark) in marks.iter_mut().enumerate() {
+                let is_within = self.kinematics.is_linear_within(linear_mm.map(|axis| axis[lane]));
+                *mark |= ALIVE[branch] * u8::from(is_within);
+            }
         }
     }
 

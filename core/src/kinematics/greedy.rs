@@ -122,8 +122,12 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             // Without a turn added, so that a zero keeps its sign.
             [words[0][0], words[1][0]] = entered_deg;
         }
-        chosen.words_deg = Some(words.each_ref().map(|words| words[size - 1]));
-        self.join_block(joiner, begin, size);
+        let last_deg = words.each_ref().map(|words| words[size - 1]);
+        if !self.join_within(joiner, begin, size) {
+            chosen.words_deg = (begin > 0).then_some(entered_deg);
+            return false;
+        }
+        chosen.words_deg = Some(last_deg);
         self.out.conditioning[block].copy_from_slice(&lanes.pointed.conditioning[..size]);
         let [[first_u, first_v], [second_u, second_v]] = lanes.pointed.words_deg(pointing, size - 1);
         examination.before = [first_u, first_v, second_u, second_v];

@@ -182,13 +182,27 @@ impl Kinematics {
         Joints { linear_mm: self.linear_mm(tip_mm, rotary_rad), rotary_rad }
     }
 
+    /// Whether an axis among X Y Z has a travel.
+    pub(super) fn is_linear_limited(&self) -> bool {
+        self.linear_travel_mm.iter().any(Option::is_some)
+    }
+
+    /// Whether [`Kinematics::linear_miss`] finds none.
+    #[inline]
+    pub(super) fn is_linear_within(&self, linear_mm: [f64; 3]) -> bool {
+        let [x, y, z] = &self.linear_travel_mm;
+        [x, y, z].into_iter().zip(linear_mm).all(|(travel, commanded)| {
+            travel.is_none_or(|travel| !(linear_excess(travel, commanded) > COMPUTED_WORD_SLACK))
+        })
+    }
+
     /// The linear axis with the largest excess over its travel, if any, with the excess \[mm\].
     pub(super) fn linear_miss(&self, index: usize, linear_mm: Vec3) -> Option<(f64, InverseError)> {
         let mut worst: Option<(f64, InverseError)> = None;
         for (k, travel) in self.linear_travel_mm.iter().enumerate() {
             let Some(Travel { min, max }) = *travel else { continue };
             let commanded = linear_mm[k];
-            let excess = (min - commanded).max(commanded - max);
+            let excess = linear_excess(Travel { min, max }, commanded);
             if excess > COMPUTED_WORD_SLACK && worst.is_none_or(|(most, _)| excess > most) {
                 let axis = Motion::Linear(k);
                 worst = Some((excess, InverseError::OutOfTravel { pose: index, axis, commanded, min, max }));
@@ -196,6 +210,12 @@ impl Kinematics {
         }
         worst
     }
+}
+
+/// By how much a word is beyond its travel \[mm\]; negative inside.
+#[inline]
+fn linear_excess(travel: Travel, commanded: f64) -> f64 {
+    (travel.min - commanded).max(commanded - travel.max)
 }
 
 /// An excess of a rotary axis is reported only if no branch reaches the check of the linear axes.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::aligned::Aligned;
 use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, Targets, join};
 use super::walk::{HELD, LIMIT, Walk};
-use super::{InverseError, Kinematics, PathWarning, WarningKind};
+use super::{InstructionSet, InverseError, Kinematics, PathWarning, WarningKind};
 
 /// Chosen words of a block that become joints, and the words before them.
 pub(super) struct Joiner {
@@ -18,7 +18,7 @@ pub(super) struct Joiner {
 }
 
 /// Memory to join a block in lanes.
-struct JoinLanes {
+pub(super) struct JoinLanes {
     chain: LinearChain,
     swapped: bool,
     block: Box<JointBlock>,
@@ -28,7 +28,7 @@ struct JoinLanes {
 }
 
 impl JoinLanes {
-    fn new(kinematics: &Kinematics) -> Self {
+    pub(super) fn new(kinematics: &Kinematics) -> Self {
         Self {
             chain: kinematics.linear_chain(),
             swapped: kinematics.profile_index[0] == 1,
@@ -36,6 +36,14 @@ impl JoinLanes {
             copy: Box::new(PoseBlock::new()),
             spare: Box::new(Aligned([[0.0; BLOCK]; 5])),
         }
+    }
+
+    /// X Y Z \[mm\] of a block of chosen words.
+    pub(super) fn linear_mm(&mut self, set: InstructionSet, targets: Targets<'_>) -> [&Lane; 3] {
+        let Self { chain, swapped, block, spare, .. } = self;
+        join(set, chain, targets, block, Joined::new(spare.each_mut(), *swapped));
+        let [x, y, z, ..] = &***spare;
+        [x, y, z]
     }
 }
 
@@ -86,6 +94,23 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.warn_of_step(begin + lane, previous, words);
             previous = Some(words);
         }
+    }
+
+    /// Like [`Walk::join_block`]. False if an axis among X Y Z would leave its travel; then the joints mean nothing, and
+    /// the joiner is as before.
+    pub(super) fn join_within(&mut self, joiner: &mut Joiner, begin: usize, size: usize) -> bool {
+        let previous = joiner.previous;
+        self.join_block(joiner, begin, size);
+        if !self.kinematics.is_linear_limited() {
+            return true;
+        }
+        let [x, y, z, ..] = self.out.joints.each_mut().map(|lane| &lane[begin..begin + size]);
+        let within = |lane: usize| u8::from(self.kinematics.is_linear_within([x[lane], y[lane], z[lane]]));
+        let are_within = (0..size).fold(1, |all, lane| all & within(lane)) == 1;
+        if !are_within {
+            joiner.previous = previous;
+        }
+        are_within
     }
 
     /// Converts the words in the joiner's block to joints, without a look at warnings.
