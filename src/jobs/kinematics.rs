@@ -7,10 +7,11 @@ use thiserror::Error;
 
 use super::{Cost, MachineUsed, TooCostly};
 use crate::kinematics::{
-    InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, ToolPose, WarningKind,
+    DecidedPath, InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, ToolPose, WarningKind,
 };
 use crate::machine::{Machine, Motion};
 use crate::meter;
+use crate::process::Stop;
 use crate::units::Angle;
 use crate::wire::{
     Fault, FaultList, JointWords, PathWords, Pose, PoseColumns, PoseWarning, PoseWarningKind, Selection,
@@ -153,17 +154,27 @@ impl InverseTask {
         }
     }
 
+    /// Whether there is one answer for each pose.
+    #[must_use]
+    pub fn is_path(&self) -> bool {
+        self.selection == Selection::Path
+    }
+
+    /// Memory to decide the path through this many poses, in addition to the poses \[bytes\]: for each pose its state,
+    /// and the way to every state.
+    #[must_use]
+    pub fn deciding_bytes(&self, poses: usize) -> u64 {
+        let cells = self.kinematics.path_cells(poses).saturating_add(poses);
+        cells.saturating_mul(size_of::<u16>()) as u64
+    }
+
     /// Memory of the joints of this many poses while they are solved, in addition to the poses \[bytes\]: for each
-    /// pose the joints, their conditioning, the path among the states and the words.
+    /// pose the joints, their conditioning and a mark, and what it takes to decide the path.
     #[must_use]
     pub fn working_bytes(&self, poses: usize) -> u64 {
-        const SOLVED: usize = 6 * size_of::<f64>();
-        const WAY: usize = 2 * size_of::<f64>() + size_of::<u16>() + 1;
+        const SOLVED: usize = 6 * size_of::<f64>() + 1;
         let bytes = match self.selection {
-            Selection::Path => {
-                let cells = self.kinematics.path_cells(poses).saturating_mul(size_of::<u16>());
-                poses.saturating_mul(SOLVED + WAY).saturating_add(cells)
-            }
+            Selection::Path => return self.deciding_bytes(poses) + (poses as u64) * SOLVED as u64,
             // Their list grows by doubling.
             Selection::All => {
                 let count = poses.saturating_mul(self.kinematics.max_candidates()).min(MAX_CANDIDATES);
@@ -183,19 +194,55 @@ impl InverseTask {
         limits: Limits,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
-        let answers = self.answers();
-        limits.check(poses.len(), answers)?;
-        let (solved, count) = (poses.len(), poses.len().saturating_mul(answers));
-        if self.selection == Selection::All && count > MAX_CANDIDATES {
-            return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
-        }
-        let poses = poses.into_core().map_err(KinematicsFault::Values)?;
+        let poses = self.checked(poses, limits)?;
         let answer = match self.selection {
             Selection::Path => self.path(&poses, stop),
             Selection::All => self.all(&poses, stop),
         }?;
-        meter::POSES.add(solved as u64);
+        meter::POSES.add(poses.len() as u64);
         Ok(answer)
+    }
+
+    /// The poses, if there are not too many.
+    ///
+    /// # Errors
+    /// Every bad value, or too many poses.
+    pub fn checked(&self, poses: PoseColumns, limits: Limits) -> Result<PoseLanes, KinematicsFault> {
+        let answers = self.answers();
+        limits.check(poses.len(), answers)?;
+        let count = poses.len().saturating_mul(answers);
+        if self.selection == Selection::All && count > MAX_CANDIDATES {
+            return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
+        }
+        poses.into_core().map_err(KinematicsFault::Values)
+    }
+
+    /// How the path is chosen.
+    #[must_use]
+    pub fn path_options(&self) -> PathOptions {
+        PathOptions { start_words_deg: self.start_words_deg, ..PathOptions::default() }
+    }
+
+    /// Decides the path through `poses`. Its joints are made later, and then only a stop can end it.
+    ///
+    /// # Errors
+    /// A pose out of reach, or the client has left.
+    pub fn decide<'a>(
+        &'a self,
+        poses: &'a PoseLanes,
+        options: &'a PathOptions,
+        stop: &'a Stop<'a>,
+    ) -> Result<DecidedPath<'a>, KinematicsFault> {
+        let decided = self.kinematics.decide_path(poses, options, stop);
+        let decided = decided.map_err(|error| self.fault(error))?;
+        meter::POSES.add(poses.len() as u64);
+        Ok(decided)
+    }
+
+    /// What the client is told of an error on this machine.
+    #[must_use]
+    pub fn fault(&self, error: InverseError) -> KinematicsFault {
+        refused(&self.on.machine, error)
     }
 
     fn path(
@@ -203,9 +250,8 @@ impl InverseTask {
         poses: &PoseLanes,
         stop: &dyn Fn() -> ControlFlow<()>,
     ) -> Result<InverseAnswer, KinematicsFault> {
-        let chosen = PathOptions { start_words_deg: self.start_words_deg, ..PathOptions::default() };
-        let solved = self.kinematics.path_lanes(poses, &chosen, stop);
-        let solved = solved.map_err(|error| refused(&self.on.machine, error))?;
+        let solved = self.kinematics.path_lanes(poses, &self.path_options(), stop);
+        let solved = solved.map_err(|error| self.fault(error))?;
         let warnings = solved.warnings.iter().map(warning).collect();
         Ok(InverseAnswer { solutions: Solutions::Path(PathWords::new(&self.on.machine, solved)), warnings })
     }
@@ -221,10 +267,7 @@ impl InverseTask {
             if index % BETWEEN_STOPS == 0 && stop().is_break() {
                 return Err(KinematicsFault::Cancelled);
             }
-            let found = self
-                .kinematics
-                .candidates(index, &pose, 0.0)
-                .map_err(|error| refused(&self.on.machine, error))?;
+            let found = self.kinematics.candidates(index, &pose, 0.0).map_err(|error| self.fault(error))?;
             for candidate in &found {
                 joints.push(JointWords::from_core(
                     &self.on.machine,

@@ -113,7 +113,7 @@ pub use one_pass_answer::{
     NotModelledDoc,
 };
 pub use path_segment::path_segment;
-pub use pieces::{LONGEST_NUMBER, write_in_pieces};
+pub use pieces::{LONGEST_NUMBER, write_as_made, write_in_pieces};
 pub use pose_columns::PoseColumns;
 pub use posting::{
     CutcomPoints, PostingBetweenPoints, PostingFindings, PostingParameters, PostingReadBack, PostingReport,
@@ -143,7 +143,7 @@ pub use singularity::{
     RegionFiguresDoc, RegionsLeftDoc, SingularRegionDoc, SingularRegions, SingularityAction,
     SingularityFindings,
 };
-pub use solved_poses::{PathWords, Solutions, SolvedPoses};
+pub use solved_poses::{PathWords, Solutions, SolvedPoses, write_path_rows};
 pub use sphere_answer::{SphereAxisAnswer, SphereCircle, SphereOutlier};
 pub use statements::{MachineStatements, StampForm, StartWords, Statements};
 pub use surface_mesh::{SurfaceMeshDoc, SurfaceReading};

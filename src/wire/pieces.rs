@@ -50,28 +50,62 @@ pub fn write_in_pieces(
         print(0..rows, &mut text);
         return writer.write_all(&text);
     }
-    let width = threads.parts().min(rows.div_ceil(PIECE_ROWS));
-    let texts =
-        || -> Vec<Vec<u8>> { (0..width).map(|_| Vec::with_capacity(PIECE_ROWS * ROW_BYTES)).collect() };
-    let (mut printed, mut before) = (texts(), texts());
     let mut begin = 0;
+    let take = |most: usize, round: &mut usize| {
+        *round = begin;
+        begin = rows.min(begin + most);
+        Ok::<_, io::Error>(begin - *round)
+    };
+    write_as_made(rows, [0; 2], threads, writer, take, &|round: &usize, rows, text| {
+        print(round + rows.start..round + rows.end, text);
+    })
+}
+
+/// Writes the text of `rows` rows that are made while others are printed. `make` replaces a round of rows by the next,
+/// up to so many, and returns their number. `print` appends the rows of a range of the round to a text. One round is
+/// made while the one before is printed and the one before that is written. `rounds` are memory for two.
+///
+/// # Errors
+/// Those of `make`, and the writer's.
+pub fn write_as_made<T: Send + Sync, E: From<io::Error> + Send>(
+    rows: usize,
+    [mut round, mut next]: [T; 2],
+    threads: &dyn SideBySide,
+    writer: &mut (impl Write + Send),
+    mut make: impl FnMut(usize, &mut T) -> Result<usize, E> + Send,
+    print: &(impl Fn(&T, Range<usize>, &mut Vec<u8>) + Sync),
+) -> Result<(), E> {
+    let width = threads.parts().min(rows.div_ceil(PIECE_ROWS)).max(1);
+    let texts = || -> Vec<Vec<u8>> {
+        (0..width).map(|_| Vec::with_capacity(rows.min(PIECE_ROWS) * ROW_BYTES)).collect()
+    };
+    let (mut printed, mut before) = (texts(), texts());
+    let most = width * PIECE_ROWS;
+    let mut count = make(most, &mut round)?;
     // The last round only writes.
-    while begin < rows || before.iter().any(|text| !text.is_empty()) {
-        let mut written = Ok(());
-        let mut parts: Vec<Box<dyn FnOnce() + Send>> = Vec::with_capacity(width + 1);
+    while count > 0 || before.iter().any(|text| !text.is_empty()) {
+        let (mut written, mut made) = (Ok(()), Ok(0));
+        let mut parts: Vec<Box<dyn FnOnce() + Send>> = Vec::with_capacity(width + 2);
         let (texts, kept, writer) = (&before, &mut written, &mut *writer);
         parts.push(Box::new(move || *kept = texts.iter().try_for_each(|text| writer.write_all(text))));
-        for text in &mut printed {
+        if count > 0 {
+            let (made, make, next) = (&mut made, &mut make, &mut next);
+            parts.push(Box::new(move || *made = make(most, next)));
+        }
+        for (n, text) in printed.iter_mut().enumerate() {
             text.clear();
-            let piece = begin..rows.min(begin + PIECE_ROWS);
-            begin = piece.end;
-            if !piece.is_empty() {
-                parts.push(Box::new(move || print(piece, text)));
+            // The last piece takes all that is left.
+            let end = if n + 1 == width { count } else { count.min((n + 1) * PIECE_ROWS) };
+            let (round, rows) = (&round, count.min(n * PIECE_ROWS)..end);
+            if !rows.is_empty() {
+                parts.push(Box::new(move || print(round, rows, text)));
             }
         }
         threads.run(parts);
         written?;
+        count = made?;
         std::mem::swap(&mut printed, &mut before);
+        std::mem::swap(&mut round, &mut next);
     }
     Ok(())
 }

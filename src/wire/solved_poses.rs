@@ -5,10 +5,10 @@ use std::io::{self, Write};
 
 use serde::{Serialize, Serializer};
 
-use super::pieces::{LONGEST_NUMBER, write_in_pieces};
+use super::pieces::{LONGEST_NUMBER, write_as_made, write_in_pieces};
 use super::{JointColumns, JointWords, PoseWarning};
 use crate::description::ToSchema;
-use crate::kinematics::Path;
+use crate::kinematics::{DecidedPath, InverseError, Path};
 use crate::machine::{Machine, RotaryAxis};
 use crate::side_by_side::SideBySide;
 
@@ -39,6 +39,14 @@ impl PathWords {
     #[must_use]
     pub fn new(machine: &Machine, path: Path) -> Self {
         Self { path, axes: machine.rotary_axes().clone() }
+    }
+
+    /// Replaces the words by those that `make` puts into the path, in the memory that there is.
+    ///
+    /// # Errors
+    /// Those of `make`.
+    pub fn refill<E>(&mut self, make: impl FnOnce(&mut Path) -> Result<(), E>) -> Result<(), E> {
+        make(&mut self.path)
     }
 
     /// The number of poses.
@@ -105,6 +113,31 @@ impl Solutions {
             }
         })
     }
+}
+
+/// Writes a path that is decided as the rows of a table, without its header. Its joints are made while others are
+/// printed. `fault` tells why there are no more joints.
+///
+/// # Errors
+/// That fault, and the writer's.
+pub fn write_path_rows<E: From<io::Error> + Send>(
+    machine: &Machine,
+    decided: &mut DecidedPath<'_>,
+    threads: &dyn SideBySide,
+    writer: &mut (impl Write + Send),
+    fault: impl Fn(InverseError) -> E + Sync,
+) -> Result<(), E> {
+    let (columns, rows) = (JointColumns::new(machine, false), decided.len());
+    let rounds = [(); 2].map(|()| PathWords::new(machine, Path::default()));
+    let make = |most: usize, words: &mut PathWords| {
+        words.refill(|path| decided.next_piece(most, path)).map_err(&fault)?;
+        Ok(words.len())
+    };
+    write_as_made(rows, rounds, threads, writer, make, &|words: &PathWords, rows, text| {
+        for (row, words) in rows.filter_map(|row| Some((row, words.get(row)?))) {
+            columns.write_row(text, row, &words);
+        }
+    })
 }
 
 /// Axis words of poses.

@@ -66,6 +66,51 @@ async fn all_gives_every_candidate_and_csv_names_the_pose() {
     assert_eq!(x.to_bits(), candidates[1][0]["X"].as_f64().unwrap().to_bits());
 }
 
+/// More poses than are made at a time, in several rounds.
+const MANY: usize = 9_000;
+
+#[tokio::test]
+async fn a_table_of_many_poses_has_the_words_and_the_warnings_of_the_document() {
+    let app = spawn().await;
+    let mut profile = ac_table();
+    // Without the other solution, a turn the other way round is a rewind.
+    profile["kinematics"]["rotary_axes"][0]["limits_deg"] = json!([-120, 1]);
+    profile["kinematics"]["rotary_axes"][1]["limits_deg"] = json!([-400, 400]);
+    assert_eq!(app.put_machine("limited", &profile).await.status(), 201);
+    // Tilted, on the pole now and then, and turned the other way round every thousand poses.
+    let poses: Vec<_> = (0..MANY)
+        .map(|n| {
+            let s = n as f64 * 1e-3;
+            let tilt_deg = if n % 700 < 3 { 0.0 } else { 20.0 + 15.0 * (3.0 * s).sin() };
+            pose(10.0 * s.cos(), tilt_deg, 60.0 * s.sin() + if n / 1000 % 2 == 1 { 170.0 } else { 0.0 })
+        })
+        .collect();
+    let mut table = "x,y,z,i,j,k\n".to_owned();
+    for pose in &poses {
+        let cells = ["x", "y", "z", "i", "j", "k"].map(|name| pose[name].to_string());
+        table += &(cells.join(",") + "\n");
+    }
+    for (path, rewinds) in [(PATH, false), ("/v1/machines/limited/inverse-kinematics", true)] {
+        let document: Value = app.post_json(path, &json!({"poses": poses})).await.json().await.unwrap();
+        let answer = app.post_text(path, "text/csv", table.clone()).await;
+        assert_eq!(answer.status(), 200);
+        let warnings = document["warnings"].as_array().unwrap();
+        let kinds = |kind: &str| warnings.iter().filter(|warning| warning["kind"] == kind).count();
+        assert!(kinds("pole_hold") >= 39 && (kinds("rewind") > 0) == rewinds, "{path}: {warnings:?}");
+        assert_eq!(answer.headers()["trunnion-warnings"], warnings.len().to_string());
+        let text = answer.text().await.unwrap();
+        let (header, rows) = text.split_once('\n').unwrap();
+        let joints = document["joints"].as_array().unwrap();
+        assert_eq!((header, rows.lines().count()), ("X,Y,Z,A,C,conditioning", joints.len()));
+        for (row, words) in rows.lines().zip(joints) {
+            for (cell, name) in row.split(',').zip(header.split(',')) {
+                let value: f64 = cell.parse().unwrap();
+                assert_eq!(value.to_bits(), words[name].as_f64().unwrap().to_bits(), "{row}");
+            }
+        }
+    }
+}
+
 #[tokio::test]
 async fn the_start_is_read_by_the_machine_s_letters() {
     let app = spawn().await;

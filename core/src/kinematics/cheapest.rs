@@ -4,34 +4,36 @@ use std::ops::Range;
 
 use super::choice::{Choice, Way};
 use super::cost::SLACK_DEG;
+use super::decided::{Along, Course};
 use super::grid::Grid;
 use super::joining::has_step_over;
 use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
 use super::staying::{Stays, stay};
-use super::walk::{HELD, PLAIN, Walk, branch_words};
+use super::walk::{HELD, LIMIT, PLAIN, Stop, Walk, branch_words};
 use super::weighing::Weighed;
 use super::{InverseError, MAX_CELLS, REWIND_DEG};
 
-impl<P: PoseSource + ?Sized> Walk<'_, P> {
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// Solves, chooses the cheapest path, and converts it to joints.
     pub(super) fn take_cheapest(&mut self, grid: Grid) -> Result<(), InverseError> {
         self.examine_all()?;
+        let course = self.decide(grid)?;
         let mut previous = self.start;
-        if let Some(path) = self.relaxed(grid)? {
-            return self.join_all(|walk, block, [us, vs]| {
-                let words = [&mut us[..block.len()], &mut vs[..block.len()]];
-                walk.follow_relaxed(&path, block.start, &mut previous, words)
-                    && walk.options.rewind_deg >= REWIND_DEG
-            });
+        self.join_all(|walk, block, words| walk.follow_course(&course, block, &mut previous, words))
+    }
+
+    /// The cheapest way through all poses.
+    pub(super) fn decide(&mut self, grid: Grid) -> Result<Course, InverseError> {
+        if let Some(course) = self.relaxed(grid)? {
+            return Ok(course);
         }
         let choice = self.costs::<false>(grid)?;
-        let way = choice.best().map(|state| choice.way(state)).unwrap_or_default();
-        self.join_all(|walk, block, [us, vs]| {
-            let words = [&mut us[..block.len()], &mut vs[..block.len()]];
-            walk.follow(&grid, &way, block.clone(), &mut previous, words)
-                && walk.options.rewind_deg >= REWIND_DEG
-        })
+        let Some(state) = choice.best() else {
+            return Ok(Course { along: Along::States(grid, Way::default()), warnings: 0 });
+        };
+        let warnings = choice.warnings(state);
+        Ok(Course { along: Along::States(grid, choice.way(state)), warnings })
     }
 
     /// The costs of all paths; `TIES`: whether ties are marked.
@@ -39,6 +41,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let poses = self.poses.count();
         let states = grid.states();
         if states > usize::from(u16::MAX) || states.saturating_mul(poses) > MAX_CELLS {
+            self.bring_rest(0)?;
             return Err(InverseError::TooManyStates { poses, states, max_cells: MAX_CELLS });
         }
         let mut choice = Choice::new(grid, self.options.rewind_deg, poses);
@@ -46,15 +49,28 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         for begin in (0..poses).step_by(BLOCK) {
             self.go_on()?;
             let block = begin..poses.min(begin + BLOCK);
+            self.bring(block.clone())?;
+            choice.marked += self.marked(&block);
             if let Some(lanes) = &mut lanes {
                 if self.stay(&mut choice, block.clone(), lanes) {
                     continue;
                 }
                 self.weigh(self.both(begin.saturating_sub(1)), block.start, block.end, lanes);
             }
-            self.advance::<TIES>(&mut choice, block, lanes.as_ref())?;
+            let end = block.end;
+            if let Err(error) = self.advance::<TIES>(&mut choice, block, lanes.as_ref()) {
+                // A pose that cannot be solved at all is reported first.
+                self.bring_rest(end)?;
+                return Err(error);
+            }
         }
         Ok(choice)
+    }
+
+    /// The number of marks in a block that are a warning each.
+    fn marked(&self, block: &Range<usize>) -> usize {
+        let marks = &self.marks[self.places(block)];
+        marks.iter().map(|mark| usize::from(mark & HELD != 0) + usize::from(mark & LIMIT != 0)).sum()
     }
 
     /// Advances through a block, wherever the paths go.
@@ -67,7 +83,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let (begin, end) = (block.start, block.end);
         let mut pose = begin;
         while pose < end {
-            let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+            let plain =
+                self.marks[self.places(&(pose..end))].iter().take_while(|mark| **mark == PLAIN).count();
             if let (Some(lanes), true) = (lanes, pose > 0 && plain > 0) {
                 let last = self.stage(pose + plain - 1);
                 let run = pose - begin..pose - begin + plain;
@@ -91,14 +108,15 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     /// Advances through a whole block in which no path changes its branch. False if one could.
     fn stay(&self, choice: &mut Choice, block: Range<usize>, lanes: &mut Weighed) -> bool {
         let (begin, size) = (block.start, block.len());
+        let places = self.places(&block);
         if begin == 0
             || size < BLOCK
-            || self.marks[block].iter().fold(0, |any, mark| any | (mark ^ PLAIN)) != 0
+            || self.marks[places.clone()].iter().fold(0, |any, mark| any | (mark ^ PLAIN)) != 0
         {
             return false;
         }
         let [first_u, first_v, second_u, second_v] =
-            branch_words(&self.out.joints).map(|words| words[begin..begin + BLOCK].as_array());
+            branch_words(&self.out.joints).map(|words| words[places.clone()].as_array());
         let (Some(first_u), Some(first_v), Some(second_u), Some(second_v)) =
             (first_u, first_v, second_u, second_v)
         else {
@@ -123,11 +141,12 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         previous: &mut Option<[f64; 2]>,
         words_deg: [&mut [f64]; 2],
     ) -> bool {
+        let places = self.places(&block);
         let [first_u, first_v, second_u, second_v] =
-            branch_words(&self.out.joints).map(|words| &words[block.clone()]);
+            branch_words(&self.out.joints).map(|words| &words[places.clone()]);
         let branches = [[first_u, first_v], [second_u, second_v]];
         let [us, vs] = words_deg;
-        let marks = &self.marks[block.clone()];
+        let marks = &self.marks[places];
         let is_kept = way.is_kept(&block);
         let way = way.states(block.clone());
         let plain = grid.count == [1, 1];

@@ -58,6 +58,8 @@ pub(super) struct Choice {
     kept: Vec<Range<usize>>,
     /// The number of poses so far.
     poses: usize,
+    /// The number of warnings that every path has.
+    pub(super) marked: usize,
     /// For one branch.
     pub(super) scratch: Vec<Cost>,
     /// For one row and one column.
@@ -80,6 +82,7 @@ impl Choice {
             predecessors: Vec::with_capacity(if states == 2 { 0 } else { states * poses }),
             kept: Vec::new(),
             poses: 0,
+            marked: 0,
             scratch: vec![NO_WAY; states / 2],
             row: vec![NO_WAY; (2 * grid.count[0]).max(grid.count[1])],
             // From half a turn on, more than one turn can be a step without a rewind.
@@ -312,6 +315,13 @@ impl Choice {
     /// Whether the paths that end in these states cost the same, except for Σ|word|.
     pub(super) fn ties(&self, state: usize, other: usize) -> bool {
         self.costs[state].ties(&self.costs[other])
+    }
+
+    /// The number of warnings along the path to this state: those of every path, and one for each rewind.
+    pub(super) fn warnings(&self, state: usize) -> usize {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of poses")]
+        let rewinds = self.costs[state].rewinds as usize;
+        self.marked + rewinds
     }
 
     /// Whether the path to this state is the only one of its cost.

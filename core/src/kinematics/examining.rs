@@ -7,18 +7,18 @@ use super::aligned::Aligned;
 use super::joining::JoinLanes;
 use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, Targets, both_words, point};
 use super::pointing::principal_deg;
-use super::walk::{ALIVE, HELD, LIMIT, PLAIN, Walk, branch_words, branch_words_mut};
+use super::walk::{ALIVE, HELD, LIMIT, PLAIN, Stop, Walk, branch_words, branch_words_mut};
 use super::{InverseError, Kinematics, REACH_SLACK_RAD};
 use crate::geometry::trig;
 
 /// The directions found so far.
 pub(super) struct Examination {
-    cone_rad: f64,
+    pub(super) cone_rad: f64,
     cone_sin2: f64,
     /// Memory for a block. `None` if poses are solved one by one.
     pub(super) lanes: Option<ExaminedLanes>,
     /// Principal words of u of the latest pose, per branch, for held poses. Before there are any, held poses wait.
-    held_u: Option<[f64; 2]>,
+    pub(super) held_u: Option<[f64; 2]>,
     /// The first pose that is known not to wait, or the next to look at.
     waiting: usize,
     /// Both branches' words of the pose before the next block.
@@ -29,6 +29,12 @@ impl Examination {
     /// Whether poses wait for the words of a later one.
     pub(super) fn is_waiting(&self) -> bool {
         self.held_u.is_none()
+    }
+
+    /// The state before the first pose, once it is known with which words of u \[deg\] the path begins.
+    pub(super) fn begin_again(&mut self, begins_with: Option<[f64; 2]>) {
+        self.held_u = begins_with;
+        self.before = [0.0; 4];
     }
 }
 
@@ -65,10 +71,9 @@ impl ExaminedLanes {
     }
 }
 
-impl<P: PoseSource + ?Sized> Walk<'_, P> {
-    /// Memory for all poses, and the state before the first.
-    pub(super) fn begin(&mut self) -> Examination {
-        let count = self.poses.count();
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
+    /// Memory for `count` poses, and the state before the first.
+    pub(super) fn begin(&mut self, count: usize) -> Examination {
         for lane in self.out.joints.each_mut().into_iter().chain([&mut self.out.conditioning]) {
             if lane.capacity() < count {
                 // Memory that the system has cleared is not touched before it is used.
@@ -92,7 +97,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     /// Solves all directions.
     pub(super) fn examine_all(&mut self) -> Result<(), InverseError> {
-        let mut examination = self.begin();
+        let mut examination = self.begin(self.poses.count());
         self.examine_from(0, &mut examination)
     }
 
@@ -152,7 +157,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         }
         let count = self.poses.count();
         let mut waiting = examination.waiting;
-        while waiting < end && self.marks[waiting] & HELD != 0 {
+        while waiting < end && self.mark(waiting) & HELD != 0 {
             waiting += 1;
         }
         examination.waiting = waiting;
@@ -165,7 +170,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             self.hold(pose, words)?;
         }
         for pose in waiting..end {
-            if self.marks[pose] & HELD != 0 {
+            if self.mark(pose) & HELD != 0 {
                 self.hold(pose, if pose == 0 { words } else { self.u_words(pose - 1) })?;
             }
         }
@@ -187,15 +192,16 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
     fn keep_words(&mut self, begin: usize, lanes: &mut ExaminedLanes) {
         let end = self.poses.count().min(begin + BLOCK);
         let ExaminedLanes { pointed, words_deg, .. } = lanes;
-        self.out.conditioning[begin..end].copy_from_slice(&pointed.conditioning[..end - begin]);
+        let places = self.places(&(begin..end));
+        self.out.conditioning[places.clone()].copy_from_slice(&pointed.conditioning[..end - begin]);
         let (set, pointing) = (self.options.instructions, &self.kinematics.pointing);
-        if let Some([first_u, first_v, second_u, second_v, _]) = self.out.joints.block_mut(begin) {
+        if let Some([first_u, first_v, second_u, second_v, _]) = self.out.joints.block_mut(places.start) {
             both_words(set, pointing, pointed, [first_u, first_v, second_u, second_v]);
             return;
         }
         both_words(set, pointing, pointed, words_deg.each_mut());
         for (kept, found) in branch_words_mut(&mut self.out.joints).into_iter().zip(words_deg.iter()) {
-            kept[begin..end].copy_from_slice(&found[..end - begin]);
+            kept[places.clone()].copy_from_slice(&found[..end - begin]);
         }
     }
 
@@ -204,11 +210,12 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let ExaminedLanes { copy, tried: Some(Tried { words_deg, lanes }), .. } = lanes else { return };
         let end = self.poses.count().min(begin + BLOCK);
         let tip_mm = self.poses.tips(begin, copy);
-        let marks = &mut self.marks[begin..end];
+        let places = self.places(&(begin..end));
+        let marks = &mut self.marks[places.clone()];
         marks.fill(0);
         for (branch, words) in branch_words(&self.out.joints).chunks_exact(2).enumerate() {
             for (lane, kept) in words_deg.iter_mut().zip(words) {
-                lane[..end - begin].copy_from_slice(&kept[begin..end]);
+                lane[..end - begin].copy_from_slice(&kept[places.clone()]);
             }
             let targets = Targets { words_deg, tip_mm };
             let linear_mm = lanes.linear_mm(self.options.instructions, targets);
@@ -221,7 +228,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     fn u_words(&self, pose: usize) -> [f64; 2] {
         let [first_u_deg, _, second_u_deg, _] = branch_words(&self.out.joints);
-        [first_u_deg[pose], second_u_deg[pose]]
+        let place = self.place(pose);
+        [first_u_deg[place], second_u_deg[place]]
     }
 
     /// Examines one pose; true if it is inside the pole cone.
@@ -230,26 +238,28 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let pose = self.poses.pose(index);
         let solution = kinematics.solution(index, &pose)?;
         let held = solution.polar_distance_rad <= cone_rad;
+        let place = self.place(index);
         if held {
-            self.marks[index] = HELD;
+            self.marks[place] = HELD;
             return Ok(true);
         }
         let words = solution.words_deg;
         self.set_words(index, words);
-        self.out.conditioning[index] = solution.conditioning;
+        self.out.conditioning[place] = solution.conditioning;
         let mut mark = if solution.axis_residual_rad > REACH_SLACK_RAD { LIMIT } else { 0 };
         for branch in 0..solution.branches {
             if self.linear_fits(index, words[branch]) {
                 mark |= ALIVE[branch];
             }
         }
-        self.marks[index] = mark;
+        self.marks[place] = mark;
         Ok(false)
     }
 
     fn set_words(&mut self, index: usize, words: [[f64; 2]; 2]) {
+        let place = self.place(index);
         for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(words.as_flattened()) {
-            kept[index] = *word;
+            kept[place] = *word;
         }
     }
 
@@ -271,7 +281,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
                 mark |= ALIVE[branch];
             }
         }
-        self.marks[index] = mark;
+        let place = self.place(index);
+        self.marks[place] = mark;
         Ok(())
     }
 }

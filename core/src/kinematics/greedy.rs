@@ -9,7 +9,7 @@ use super::joining::Joiner;
 use super::lanes::{BLOCK, PoseSource};
 use super::pointing::nearest_integer;
 use super::steady::{Bounds, Course, follow};
-use super::walk::{HELD, PLAIN, Walk, branch_words, branch_words_mut};
+use super::walk::{HELD, PLAIN, Stop, Walk, branch_words, branch_words_mut};
 use super::weighing::Weighed;
 
 /// The choice so far.
@@ -24,11 +24,11 @@ struct Chosen {
     weighed: Option<Weighed>,
 }
 
-impl<P: PoseSource + ?Sized> Walk<'_, P> {
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// Solves, chooses the nearest state of each pose, and converts it to joints.
     pub(super) fn take_nearest(&mut self, grid: Grid) -> Result<(), InverseError> {
         let count = self.poses.count();
-        let mut examination = self.begin();
+        let mut examination = self.begin(count);
         let mut chosen = Chosen {
             grid,
             bounds: Bounds::new(&self.kinematics.pointing, grid.travel, self.options.rewind_deg),
@@ -77,8 +77,9 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             let last = self.both(block.end - 1);
             self.choose_nearest(chosen, before, block.clone())?;
             before = last;
+            let places = self.places(&block);
             for (words, chosen) in joiner.words_deg.iter_mut().zip(branch_words(&self.out.joints)) {
-                words[..block.len()].copy_from_slice(&chosen[block.clone()]);
+                words[..block.len()].copy_from_slice(&chosen[places.clone()]);
             }
             self.join(joiner, block, false);
         }
@@ -128,7 +129,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             return false;
         }
         chosen.words_deg = Some(last_deg);
-        self.out.conditioning[block].copy_from_slice(&lanes.pointed.conditioning[..size]);
+        let places = self.places(&block);
+        self.out.conditioning[places].copy_from_slice(&lanes.pointed.conditioning[..size]);
         let [[first_u, first_v], [second_u, second_v]] = lanes.pointed.words_deg(pointing, size - 1);
         examination.before = [first_u, first_v, second_u, second_v];
         true
@@ -153,12 +155,14 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         while pose < end {
             // After a held pose the weights do not apply: they start from a branch's own words, not from the held
             // ones.
-            let goes_on = pose > 0 && self.marks[pose - 1] & HELD == 0;
+            let goes_on = pose > 0 && self.mark(pose - 1) & HELD == 0;
             if let (Some(weighed), Some(mut words), true) = (&chosen.weighed, chosen.words_deg, goes_on) {
-                let plain = self.marks[pose..end].iter().take_while(|mark| **mark == PLAIN).count();
+                let left = self.places(&(pose..end));
+                let place = left.start;
+                let plain = self.marks[left].iter().take_while(|mark| **mark == PLAIN).count();
                 let run = pose - begin..pose - begin + plain;
                 let [u_deg, v_deg, ..] = branch_words_mut(&mut self.out.joints);
-                let (u_deg, v_deg) = (&mut u_deg[pose..pose + plain], &mut v_deg[pose..pose + plain]);
+                let (u_deg, v_deg) = (&mut u_deg[place..place + plain], &mut v_deg[place..place + plain]);
                 let taken = nearest_run(weighed, run, &mut chosen.branch, &mut words, u_deg, v_deg);
                 chosen.words_deg = Some(words);
                 pose += taken;

@@ -191,9 +191,10 @@ impl Kinematics {
     #[inline]
     pub(super) fn is_linear_within(&self, linear_mm: [f64; 3]) -> bool {
         let [x, y, z] = &self.linear_travel_mm;
-        [x, y, z].into_iter().zip(linear_mm).all(|(travel, commanded)| {
-            travel.is_none_or(|travel| !(linear_excess(travel, commanded) > COMPUTED_WORD_SLACK))
-        })
+        [x, y, z]
+            .into_iter()
+            .zip(linear_mm)
+            .all(|(travel, commanded)| travel.is_none_or(|travel| !is_beyond(travel, commanded)))
     }
 
     /// The linear axis with the largest excess over its travel, if any, with the excess \[mm\].
@@ -202,7 +203,7 @@ impl Kinematics {
         for (k, travel) in self.linear_travel_mm.iter().enumerate() {
             let Some(Travel { min, max }) = *travel else { continue };
             let commanded = linear_mm[k];
-            let excess = linear_excess(Travel { min, max }, commanded);
+            let excess = (min - commanded).max(commanded - max);
             if excess > COMPUTED_WORD_SLACK && worst.is_none_or(|(most, _)| excess > most) {
                 let axis = Motion::Linear(k);
                 worst = Some((excess, InverseError::OutOfTravel { pose: index, axis, commanded, min, max }));
@@ -212,10 +213,10 @@ impl Kinematics {
     }
 }
 
-/// By how much a word is beyond its travel \[mm\]; negative inside.
+/// Whether a word of X, Y or Z is beyond its travel.
 #[inline]
-fn linear_excess(travel: Travel, commanded: f64) -> f64 {
-    (travel.min - commanded).max(commanded - travel.max)
+fn is_beyond(Travel { min, max }: Travel, commanded: f64) -> bool {
+    (min - commanded).max(commanded - max) > COMPUTED_WORD_SLACK
 }
 
 /// An excess of a rotary axis is reported only if no branch reaches the check of the linear axes.

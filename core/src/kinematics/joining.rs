@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::aligned::Aligned;
 use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, Targets, join};
-use super::walk::{HELD, LIMIT, Walk};
+use super::walk::{HELD, LIMIT, Stop, Walk};
 use super::{InstructionSet, InverseError, Kinematics, PathWarning, WarningKind};
 
 /// Chosen words of a block that become joints, and the words before them.
@@ -47,7 +47,7 @@ impl JoinLanes {
     }
 }
 
-impl<P: PoseSource + ?Sized> Walk<'_, P> {
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     pub(super) fn joiner(&self) -> Joiner {
         Joiner {
             words_deg: Box::new(Aligned([[0.0; BLOCK]; 2])),
@@ -79,7 +79,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         let (begin, size) = (block.start, block.len());
         let [u, v] = &**joiner.words_deg;
         let entered = joiner.previous.unwrap_or([u[0], v[0]]);
-        let marked = self.marks[block].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
+        let marked =
+            self.marks[self.places(&block)].iter().fold(0, |all, mark| all | mark) & (HELD | LIMIT) != 0;
         let threshold_deg = self.options.rewind_deg;
         let wide = !small
             && (has_step_over(threshold_deg, entered[0], &u[..size])
@@ -104,7 +105,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         if !self.kinematics.is_linear_limited() {
             return true;
         }
-        let [x, y, z, ..] = self.out.joints.each_mut().map(|lane| &lane[begin..begin + size]);
+        let places = self.places(&(begin..begin + size));
+        let [x, y, z, ..] = self.out.joints.each_mut().map(|lane| &lane[places.clone()]);
         let within = |lane: usize| u8::from(self.kinematics.is_linear_within([x[lane], y[lane], z[lane]]));
         let are_within = (0..size).fold(1, |all, lane| all & within(lane)) == 1;
         if !are_within {
@@ -122,14 +124,14 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             return;
         };
         let targets = Targets { words_deg, tip_mm: self.poses.tips(begin, copy) };
-        let set = self.options.instructions;
-        if let Some(here) = self.out.joints.block_mut(begin) {
+        let (set, place) = (self.options.instructions, self.place(begin));
+        if let Some(here) = self.out.joints.block_mut(place) {
             join(set, chain, targets, block, Joined::new(here, *swapped));
             return;
         }
         join(set, chain, targets, block, Joined::new(spare.each_mut(), *swapped));
         for (lane, joined) in self.out.joints.each_mut().into_iter().zip(spare.iter()) {
-            lane[begin..begin + size].copy_from_slice(&joined[..size]);
+            lane[place..place + size].copy_from_slice(&joined[..size]);
         }
     }
 
@@ -137,7 +139,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
         for lane in 0..size {
             let words = words_deg.each_ref().map(|words| words[lane]);
             let joined = self.kinematics.joints_at(self.poses.pose(begin + lane).tip_mm, words);
-            let [x, y, z, first, second] = self.out.joints.each_mut().map(|joints| &mut joints[begin + lane]);
+            let place = self.place(begin + lane);
+            let [x, y, z, first, second] = self.out.joints.each_mut().map(|joints| &mut joints[place]);
             [*x, *y, *z] = joined.linear_mm.into();
             [*first, *second] = joined.rotary_rad;
         }
@@ -149,13 +152,13 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             let (du, dv) = ((words[0] - p[0]).abs(), (words[1] - p[1]).abs());
             if du > dv { du } else { dv }
         });
-        if step > self.options.rewind_deg || self.marks[index] & (HELD | LIMIT) != 0 {
+        if step > self.options.rewind_deg || self.mark(index) & (HELD | LIMIT) != 0 {
             self.warn(index, step, words);
         }
     }
 
     fn warn(&mut self, index: usize, step_deg: f64, words_deg: [f64; 2]) {
-        let mark = self.marks[index];
+        let mark = self.mark(index);
         let mut residual_rad = 0.0;
         if mark & (HELD | LIMIT) != 0 {
             let pose = self.poses.pose(index);
@@ -163,7 +166,8 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
             let (conditioning, residual) = self.kinematics.held_quality(axis, words_deg);
             residual_rad = residual;
             if mark & HELD != 0 {
-                self.out.conditioning[index] = conditioning;
+                let place = self.place(index);
+                self.out.conditioning[place] = conditioning;
             }
         }
         let mut warn = |kind, axis_residual_rad| {

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::grid::Grid;
 use super::lanes::PoseSource;
-use super::walk::Walk;
+use super::walk::{Stop, Walk};
 use super::{InstructionSet, InverseError, JointLanes, Joints, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Motion, Travel};
 
@@ -206,6 +206,20 @@ impl Kinematics {
         stop: &dyn Fn() -> ControlFlow<()>,
         out: &mut Path,
     ) -> Result<(), InverseError> {
+        let mut walk = self.walk(poses, options, stop, std::mem::take(out))?;
+        let solved = walk.solve(Grid::new(self.travel_deg));
+        *out = walk.out;
+        solved
+    }
+
+    /// A path before its first step. `out` is memory to use again.
+    pub(super) fn walk<'a, P: PoseSource + ?Sized, S: ?Sized>(
+        &'a self,
+        poses: &'a P,
+        options: &'a PathOptions,
+        stop: &'a S,
+        out: Path,
+    ) -> Result<Walk<'a, P, S>, InverseError> {
         let start = options.start_words_deg.map(|words| self.profile_index.map(|index| words[index]));
         if let Some(words) = start {
             self.check_start(words)?;
@@ -215,19 +229,8 @@ impl Kinematics {
             Lanes::Always => false,
             Lanes::Never => true,
         };
-        let mut walk = Walk { kinematics: self, poses, options, singly, start, stop, out, marks: Vec::new() };
-        let grid = Grid::new(self.travel_deg);
-        if poses.count() == 0 {
-            walk.begin();
-            return Ok(());
-        }
-        // A single pose has at most the start before it: the nearest state is the cheapest, without memory to
-        // compare paths.
-        let selection = if poses.count() == 1 { Selection::Nearest } else { options.selection };
-        match selection {
-            Selection::Nearest => walk.take_nearest(grid),
-            Selection::Cheapest => walk.take_cheapest(grid),
-        }
+        let (marks, first_kept, window) = (Vec::new(), 0, None);
+        Ok(Walk { kinematics: self, poses, options, singly, start, stop, out, marks, first_kept, window })
     }
 
     fn check_start(&self, words_deg: [f64; 2]) -> Result<(), InverseError> {
@@ -241,5 +244,22 @@ impl Kinematics {
             }
         }
         Ok(())
+    }
+}
+
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
+    fn solve(&mut self, grid: Grid) -> Result<(), InverseError> {
+        let count = self.poses.count();
+        if count == 0 {
+            self.begin(0);
+            return Ok(());
+        }
+        // A single pose has at most the start before it: the nearest state is the cheapest, without memory to
+        // compare paths.
+        let selection = if count == 1 { Selection::Nearest } else { self.options.selection };
+        match selection {
+            Selection::Nearest => self.take_nearest(grid),
+            Selection::Cheapest => self.take_cheapest(grid),
+        }
     }
 }

@@ -2,12 +2,14 @@
 //!
 //! The steps have a file each. [`super::examining`] finds both solutions of every direction. [`super::greedy`] and
 //! [`super::cheapest`] choose among them, with [`super::weighing`]. [`super::joining`] makes joints of the choice.
+//! [`super::window`] says of which poses the solutions are in memory.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use super::grid::Stage;
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
 use super::lanes::PoseSource;
+use super::window::Window;
 use super::{InverseError, JointLanes, Kinematics, Path, PathOptions};
 use crate::machine::Motion;
 
@@ -33,8 +35,12 @@ pub(super) fn branch_words_mut(memory: &mut JointLanes) -> [&mut [f64]; 4] {
     [&mut memory.x_mm, &mut memory.y_mm, &mut memory.z_mm, &mut memory.first_rad]
 }
 
+/// Says whether the caller wants to stop.
+pub(super) trait Stop: Fn() -> ControlFlow<()> {}
+impl<S: Fn() -> ControlFlow<()> + ?Sized> Stop for S {}
+
 /// One path being solved. Its output holds [the words](branch_words) until [`Walk::join`] makes joints of them.
-pub(super) struct Walk<'a, P: ?Sized> {
+pub(super) struct Walk<'a, P: ?Sized, S: ?Sized> {
     /// The machine.
     pub(super) kinematics: &'a Kinematics,
     pub(super) poses: &'a P,
@@ -44,14 +50,18 @@ pub(super) struct Walk<'a, P: ?Sized> {
     /// Words before the first pose, in the order u, v \[deg\].
     pub(super) start: Option<[f64; 2]>,
     /// Asked once per block.
-    pub(super) stop: &'a dyn Fn() -> ControlFlow<()>,
+    pub(super) stop: &'a S,
     /// What is handed over at the end.
-    pub(super) out: &'a mut Path,
+    pub(super) out: Path,
     /// What is special about each pose: [`ALIVE`], [`HELD`], [`LIMIT`].
     pub(super) marks: Vec<u8>,
+    /// The pose in the first place of the arrays of words and marks.
+    pub(super) first_kept: usize,
+    /// If not all poses are in memory at the same time.
+    pub(super) window: Option<Window>,
 }
 
-impl<P: PoseSource + ?Sized> Walk<'_, P> {
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// Fails if the caller wants to stop.
     pub(super) fn go_on(&self) -> Result<(), InverseError> {
         match (self.stop)() {
@@ -62,7 +72,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     /// A pose as the choice sees it, before its choice is written over its words.
     pub(super) fn stage(&self, pose: usize) -> Stage {
-        let mark = self.marks[pose];
+        let mark = self.mark(pose);
         let [first_u, first_v, second_u, second_v] = self.both(pose);
         Stage {
             words_deg: [[first_u, first_v], [second_u, second_v]],
@@ -73,7 +83,7 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     /// Why no state of this pose can be reached.
     pub(super) fn no_way(&self, pose: usize) -> InverseError {
-        if self.marks[pose] & HELD == 0 {
+        if self.mark(pose) & HELD == 0 {
             if let Err(error) = self.kinematics.candidates(pose, &self.poses.pose(pose), 0.0) {
                 return error;
             }
@@ -107,13 +117,33 @@ impl<P: PoseSource + ?Sized> Walk<'_, P> {
 
     /// Writes the chosen words of u, v \[deg\] over those of the first branch.
     pub(super) fn choose(&mut self, pose: usize, chosen_deg: [f64; 2]) {
+        let place = self.place(pose);
         for (kept, word) in branch_words_mut(&mut self.out.joints).into_iter().zip(chosen_deg) {
-            kept[pose] = word;
+            kept[place] = word;
         }
     }
 
     /// [`branch_words`] of one pose.
     pub(super) fn both(&self, pose: usize) -> [f64; 4] {
-        branch_words(&self.out.joints).map(|kept| kept[pose])
+        let place = self.place(pose);
+        branch_words(&self.out.joints).map(|kept| kept[place])
+    }
+
+    /// What is special about a pose.
+    pub(super) fn mark(&self, pose: usize) -> u8 {
+        self.marks[self.place(pose)]
+    }
+
+    /// Where a pose is in the arrays of words and marks.
+    #[inline]
+    pub(super) fn place(&self, pose: usize) -> usize {
+        pose - self.first_kept
+    }
+
+    /// Where some poses are in the arrays of words and marks.
+    #[inline]
+    pub(super) fn places(&self, poses: &Range<usize>) -> Range<usize> {
+        let begin = self.place(poses.start);
+        begin..begin + poses.len()
     }
 }

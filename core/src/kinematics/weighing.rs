@@ -6,7 +6,7 @@ use super::grid::Grid;
 use super::lanes::{BLOCK, Lane, PoseSource};
 use super::staying::Stays;
 use super::two_way::{Rules, Weights, weigh};
-use super::walk::{Walk, branch_words};
+use super::walk::{Stop, Walk, branch_words};
 
 /// The steps into the poses of a block, with weights computed in lanes.
 pub(super) struct Weighed {
@@ -18,11 +18,12 @@ pub(super) struct Weighed {
     pub(super) stays: Option<Box<Stays>>,
 }
 
-impl<P: PoseSource + ?Sized> Walk<'_, P> {
+impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// The weights of the steps into the poses `begin..end`, starting from the words `before`.
     pub(super) fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
+        let places = self.places(&(begin..end));
         for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
-            lane[..end - begin].copy_from_slice(&from[begin..end]);
+            lane[..end - begin].copy_from_slice(&from[places.clone()]);
         }
         let all = self.options.selection == Selection::Cheapest;
         let Weighed { rules, words, weights, .. } = lanes;

@@ -17,12 +17,13 @@ use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
 use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault};
+use crate::kinematics::DecidedPath;
 use crate::machine::Machine;
 use crate::process::Stop;
 use crate::side_by_side::SideBySide;
 use crate::wire::{
     InverseRequest, JointColumns, KinematicsOptions, PoseColumns, PoseRows, Solutions, SolvedPoses,
-    read_query,
+    read_query, write_path_rows,
 };
 
 refusals!(
@@ -67,9 +68,18 @@ pub(super) async fn solve_inverse_kinematics(
     let (setup, start_words_deg) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
     let task = InverseTask::new(on, &setup, options.selection.unwrap_or_default(), start_words_deg);
     let trifling = task.is_trifling(poses.len());
-    will_take(task.working_bytes(poses.len()));
+    let is_path_table = csv && task.is_path();
+    let working_bytes =
+        if is_path_table { task.deciding_bytes(poses.len()) } else { task.working_bytes(poses.len()) };
+    will_take(working_bytes);
     let most = app.settings.max_result_bytes;
     let print = move |threads: &dyn SideBySide, stop: &Stop<'_>, printed: &mut Printed<usize>| {
+        if is_path_table {
+            let poses = task.checked(poses, limits)?;
+            let options = task.path_options();
+            let mut decided = task.decide(&poses, &options, stop)?;
+            return path_rows(&task, &mut decided, most, threads, printed);
+        }
         let InverseAnswer { solutions, warnings } = task.solve(poses, limits, stop)?;
         if csv {
             return rows(task.machine(), &solutions, warnings.len(), most, threads, printed);
@@ -103,13 +113,36 @@ fn rows(
     printed: &mut Printed<usize>,
 ) -> Result<(), Unprinted> {
     let columns = JointColumns::new(machine, matches!(solutions, Solutions::All { .. }));
+    begin(columns, solutions.count(), warnings, limit, printed)?;
+    Ok(solutions.write_rows(columns, threads, printed)?)
+}
+
+/// Prints the table of a path while its joints are made.
+fn path_rows(
+    task: &InverseTask,
+    decided: &mut DecidedPath<'_>,
+    limit: u64,
+    threads: &dyn SideBySide,
+    printed: &mut Printed<usize>,
+) -> Result<(), Unprinted> {
+    begin(JointColumns::new(task.machine(), false), decided.len(), decided.warnings(), limit, printed)?;
+    write_path_rows(task.machine(), decided, threads, printed, |error| task.fault(error).into())
+}
+
+/// Prints the header row of a table. From then on the table may leave.
+fn begin(
+    columns: JointColumns,
+    rows: usize,
+    warnings: usize,
+    limit: u64,
+    printed: &mut Printed<usize>,
+) -> Result<(), Unprinted> {
     let mut header = Vec::new();
     columns.write_header(&mut header);
-    let most = table::most_bytes(&header, solutions.count());
+    let most = table::most_bytes(&header, rows);
     table::within(limit, most)?;
     printed.may_leave(warnings, most);
-    printed.write_all(&header)?;
-    Ok(solutions.write_rows(columns, threads, printed)?)
+    Ok(printed.write_all(&header)?)
 }
 
 async fn read(
