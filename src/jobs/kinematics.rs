@@ -21,6 +21,9 @@ use crate::wire::{
 /// How many poses are computed between two checks of the stop.
 const BETWEEN_STOPS: usize = 4096;
 
+/// Memory of the solutions of one pose: joints, conditioning and a mark \[bytes\].
+const SOLVED_BYTES: u64 = 6 * size_of::<f64>() as u64 + 1;
+
 /// Why there is no answer.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum KinematicsFault {
@@ -161,9 +164,14 @@ impl InverseTask {
     }
 
     /// Memory to decide the path through this many poses, in addition to the poses \[bytes\]: for each pose its state,
-    /// and the way to every state.
+    /// and the way to every state. With several turns, the solutions too.
     #[must_use]
     pub fn deciding_bytes(&self, poses: usize) -> u64 {
+        let solved = if self.kinematics.has_several_turns() { SOLVED_BYTES } else { 0 };
+        self.way_bytes(poses) + (poses as u64) * solved
+    }
+
+    fn way_bytes(&self, poses: usize) -> u64 {
         let cells = self.kinematics.path_cells(poses).saturating_add(poses);
         cells.saturating_mul(size_of::<u16>()) as u64
     }
@@ -172,9 +180,8 @@ impl InverseTask {
     /// pose the joints, their conditioning and a mark, and what it takes to decide the path.
     #[must_use]
     pub fn working_bytes(&self, poses: usize) -> u64 {
-        const SOLVED: usize = 6 * size_of::<f64>() + 1;
         let bytes = match self.selection {
-            Selection::Path => return self.deciding_bytes(poses) + (poses as u64) * SOLVED as u64,
+            Selection::Path => return self.way_bytes(poses) + (poses as u64) * SOLVED_BYTES,
             // Their list grows by doubling.
             Selection::All => {
                 let count = poses.saturating_mul(self.kinematics.max_candidates()).min(MAX_CANDIDATES);

@@ -47,7 +47,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
 /// Says whether the caller wants to stop, on any thread.
 type SharedStop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
-/// A path whose choice is made. Its joints are not in memory: they are made block by block.
+/// A path whose choice is made, and whose joints are made block by block.
 pub struct DecidedPath<'a> {
     walk: Walk<'a, PoseLanes, SharedStop<'a>>,
     course: Course,
@@ -60,8 +60,8 @@ pub struct DecidedPath<'a> {
 
 impl Kinematics {
     /// Decides the cheapest path through the poses, as [`Kinematics::path_lanes`] does with
-    /// [`super::Selection::Cheapest`]. Beside the poses it needs few bytes for each: its joints are made later, piece by
-    /// piece, with the same bits.
+    /// [`super::Selection::Cheapest`]. Its joints are made later, piece by piece, with the same bits. Beside the poses it
+    /// needs few bytes for each, unless [`Kinematics::has_several_turns`].
     ///
     /// `stop` is asked once per block of poses.
     ///
@@ -74,7 +74,11 @@ impl Kinematics {
         stop: &'a SharedStop<'a>,
     ) -> Result<DecidedPath<'a>, InverseError> {
         let mut walk = self.walk(poses, options, stop, Path::default())?;
-        walk.open_window()?;
+        if self.has_several_turns() {
+            walk.examine_all()?;
+        } else {
+            walk.open_window()?;
+        }
         let course = walk.decide(Grid::new(self.travel_deg))?;
         let (joiner, previous) = (walk.joiner(), walk.start);
         Ok(DecidedPath { walk, course, joiner, previous, next: 0 })

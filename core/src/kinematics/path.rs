@@ -192,6 +192,13 @@ impl Kinematics {
         if states > RELAX_ABOVE { 2 } else { states }
     }
 
+    /// Whether a rotary axis has several turns within its travel. A path is then looked along many times before it is
+    /// decided, and its solutions stay in memory.
+    #[must_use]
+    pub fn has_several_turns(&self) -> bool {
+        Grid::new(self.travel_deg).count != [1; 2]
+    }
+
     /// The number of combinations of branch and turns that a choice over all poses keeps for `poses` poses. Each
     /// takes two bytes of memory.
     #[must_use]

@@ -69,7 +69,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
         for state in (0..narrow.states()).filter(|state| *state == best || choice.ties(best, *state)) {
             let (way, warnings) = (choice.way(state), choice.warnings(state));
             let mut path = Relaxed { grid: narrow, way, shift_deg: [None; 2], warnings };
-            let extents = self.extents(&path)?;
+            let extents = self.extents(&path);
             let one_way = (0..2).all(|k| narrow.period[k] == 0.0 || extents[k].one_way);
             if !(choice.is_only(state) && one_way) && grid.states() <= RELAX_ABOVE {
                 return Ok(None);
@@ -77,7 +77,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
             let mut fits = true;
             for k in 0..2 {
                 let (true, Some(travel)) = (is_relaxed[k], travel[k]) else { continue };
-                path.shift_deg[k] = self.best_shift(&path, k, &extents[k], travel)?;
+                path.shift_deg[k] = self.best_shift(&path, k, &extents[k], travel);
                 fits &= path.shift_deg[k].is_some();
             }
             if fits {
@@ -87,7 +87,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
         let chosen = if fitting.len() < 2 {
             fitting.pop()
         } else {
-            let sums = fitting.iter().map(|path| self.sum_deg(path)).collect::<Result<Vec<_>, _>>()?;
+            let sums: Vec<f64> = fitting.iter().map(|path| self.sum_deg(path)).collect();
             let least = sums.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(n, _)| n);
             Some(fitting.swap_remove(least))
         };
@@ -118,24 +118,18 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
 
     /// Shows the words of u, v \[deg\] along a relaxed path, block by block, and whether all steps are known to be
     /// short.
-    fn look_along(
-        &mut self,
-        path: &Relaxed,
-        mut look: impl FnMut([&[f64]; 2], bool),
-    ) -> Result<(), InverseError> {
+    fn look_along(&self, path: &Relaxed, mut look: impl FnMut([&[f64]; 2], bool)) {
         let mut words: Aligned<[Lane; 2]> = Aligned([[0.0; BLOCK]; 2]);
         let mut previous = self.start;
         for begin in (0..path.way.len()).step_by(BLOCK) {
             let size = (path.way.len() - begin).min(BLOCK);
-            self.bring(begin..begin + size)?;
             let [us, vs] = words.each_mut().map(|words| &mut words[..size]);
             let is_small = self.follow_relaxed(path, begin, &mut previous, [&mut *us, &mut *vs]);
             look([us, vs], is_small);
         }
-        Ok(())
     }
 
-    fn extents(&mut self, path: &Relaxed) -> Result<[Extent; 2], InverseError> {
+    fn extents(&self, path: &Relaxed) -> [Extent; 2] {
         let mut extents: [Extent; 2] = std::array::from_fn(|k| Extent {
             range_deg: [f64::INFINITY, f64::NEG_INFINITY],
             one_way: true,
@@ -148,37 +142,31 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
                     extents[k].take(words[k], is_small);
                 }
             }
-        })?;
-        Ok(extents)
+        });
+        extents
     }
 
     /// Σ|word| of u, then of v \[deg\].
-    fn sum_deg(&mut self, path: &Relaxed) -> Result<f64, InverseError> {
+    fn sum_deg(&self, path: &Relaxed) -> f64 {
         let mut sum = 0.0;
         for k in 0..2 {
-            self.look_along(path, |words, _| words[k].iter().for_each(|word| sum += word.abs()))?;
+            self.look_along(path, |words, _| words[k].iter().for_each(|word| sum += word.abs()));
         }
-        Ok(sum)
+        sum
     }
 
     /// The shift by whole turns \[deg\] that brings all words of axis k into the travel with the smallest Σ|word|. With
     /// a given start, only no shift.
-    fn best_shift(
-        &mut self,
-        path: &Relaxed,
-        k: usize,
-        extent: &Extent,
-        travel: Travel,
-    ) -> Result<Option<f64>, InverseError> {
+    fn best_shift(&self, path: &Relaxed, k: usize, extent: &Extent, travel: Travel) -> Option<f64> {
         let [low, high] = extent.range_deg;
         let slack = COMPUTED_WORD_SLACK;
         let first = ((travel.min - slack - low) / 360.0).ceil();
         let last = ((travel.max + slack - high) / 360.0).floor();
         if first > last || (self.start.is_some() && !(first..=last).contains(&0.0)) {
-            return Ok(None);
+            return None;
         }
         if self.start.is_some() {
-            return Ok(Some(0.0));
+            return Some(0.0);
         }
         // One or two shifts fit, and the best of all is not beyond them: there is no need to look for it.
         let few = last - first < 1.5 && turns_to_zero(low) <= last && turns_to_zero(high) >= first;
@@ -186,11 +174,11 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
             [first, last, last]
         } else {
             // Σ|word + 360 k| is least where the median word is nearest to zero.
-            let middle = self.turns_to_middle(path, k, [low, high])?;
+            let middle = self.turns_to_middle(path, k, [low, high]);
             [middle - 1.0, middle, middle + 1.0].map(|turns| turns.clamp(first, last))
         };
         if turns.iter().all(|turn| turn.total_cmp(&turns[0]).is_eq()) {
-            return Ok(Some(360.0 * turns[0]));
+            return Some(360.0 * turns[0]);
         }
         let mut sums = [0.0; 3];
         self.look_along(path, |words, _| {
@@ -199,36 +187,30 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
                     *sum += (word + 360.0 * turns).abs();
                 }
             }
-        })?;
-        let best = turns.into_iter().zip(sums).min_by(|a, b| a.1.total_cmp(&b.1));
-        Ok(best.map(|(turns, _)| 360.0 * turns))
+        });
+        turns.into_iter().zip(sums).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(turns, _)| 360.0 * turns)
     }
 
     /// The whole turns that bring the median word of axis k next to zero, with the sign of the zero that the rounded
     /// median has.
-    fn turns_to_middle(
-        &mut self,
-        path: &Relaxed,
-        k: usize,
-        [low, high]: [f64; 2],
-    ) -> Result<f64, InverseError> {
+    fn turns_to_middle(&self, path: &Relaxed, k: usize, [low, high]: [f64; 2]) -> f64 {
         let half = path.way.len() / 2;
         let median = largest(turns_to_zero(high), turns_to_zero(low), |turns| {
-            Ok(self.count(path, k, |word| needs_turns(word, turns))? > half)
-        })?;
+            self.count(path, k, |word| needs_turns(word, turns)) > half
+        });
         if median.abs() > 0.5 {
-            return Ok(median);
+            return median;
         }
-        Ok(if half < self.count(path, k, f64::is_sign_negative)? { 0.0 } else { -0.0 })
+        if half < self.count(path, k, f64::is_sign_negative) { 0.0 } else { -0.0 }
     }
 
     /// How many words of axis k have a property.
-    fn count(&mut self, path: &Relaxed, k: usize, has: impl Fn(f64) -> bool) -> Result<usize, InverseError> {
+    fn count(&self, path: &Relaxed, k: usize, has: impl Fn(f64) -> bool) -> usize {
         let mut count = 0;
         self.look_along(path, |words, _| {
             count += words[k].iter().map(|word| usize::from(has(*word))).sum::<usize>();
-        })?;
-        Ok(count)
+        });
+        count
     }
 }
 
@@ -240,20 +222,16 @@ fn turns_to_zero(word_deg: f64) -> f64 {
 /// The largest whole number from `low` to `high` that fulfils a condition. `low` fulfils it, and so does every number
 /// below one that does. The interval is halved each time: a path may wind over thousands of turns, and each look at the
 /// condition goes along the whole path.
-fn largest<E>(
-    mut low: f64,
-    mut high: f64,
-    mut fulfils: impl FnMut(f64) -> Result<bool, E>,
-) -> Result<f64, E> {
+fn largest(mut low: f64, mut high: f64, mut fulfils: impl FnMut(f64) -> bool) -> f64 {
     while low < high {
         let middle = low + (0.5 * (high - low)).ceil();
-        if fulfils(middle)? {
+        if fulfils(middle) {
             low = middle;
         } else {
             high = middle - 1.0;
         }
     }
-    Ok(low)
+    low
 }
 
 /// Whether [`turns_to_zero`] of the word is `turns` or more. It needs no rounding, which would be a call for each word.
@@ -287,9 +265,8 @@ mod tests {
                 let mut looks = 0;
                 let found = largest(low, high, |number| {
                     looks += 1;
-                    Ok::<_, ()>(number <= end)
-                })
-                .unwrap();
+                    number <= end
+                });
                 assert!((found - end).abs() < 0.5, "{found} of {end}");
                 assert!(f64::from(looks) <= (high - low + 1.0).log2().ceil(), "{looks} looks up to {high}");
             }

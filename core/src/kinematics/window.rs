@@ -1,7 +1,8 @@
 //! Which poses of a path have their solutions in memory: all, or two blocks that move along the path.
 //!
 //! The choice among the solutions can depend on the last pose, so a path is gone along at least twice. To solve a block
-//! again takes less time than it takes to print its joints, and the memory does not grow with the path.
+//! again takes less time than it takes to print its joints, and the memory does not grow with the path. Axes of several
+//! turns would have their blocks solved many times.
 
 use std::ops::Range;
 
@@ -10,7 +11,7 @@ use super::examining::Examination;
 use super::lanes::{BLOCK, PoseSource};
 use super::walk::{PLAIN, Stop, Walk};
 
-/// What is known of a path that moves through the memory.
+/// What is known of a path that moves through the memory. No axis has several turns.
 pub(super) struct Window {
     examination: Examination,
     /// Words of u of both branches with which a path begins inside the pole cone \[deg\].
