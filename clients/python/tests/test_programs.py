@@ -74,6 +74,28 @@ def test_bytes_and_names(machine: Machine) -> None:
         machine.compensate("missing.nc", tool_radius_mm=5)
 
 
+MAIN = b"G21 G90 G94 G54\nG0 X0 Y0 Z5 A0 C0\nM98 P2\nM30\n"
+CALLED = b"O2\nG1 X10.0000 F500\nG1 X20.0000 A5.0000\nM99\n"
+
+
+def test_called_files_come_with_the_program(machine: Machine, tmp_path: Path) -> None:
+    file = tmp_path / "O2.nc"
+    file.write_bytes(CALLED)
+    found = machine.interpret(MAIN, subprograms=[file], work_offset_mm=OFFSET)
+    assert [motion.get("file") for motion in found["motions"]][-2:] == ["O2.nc", "O2.nc"]
+    rows = machine.interpret_as_table(MAIN, subprograms=[("O2.nc", CALLED)], work_offset_mm=OFFSET)
+    assert len(rows) == len(found["motions"])
+    alone = machine.interpret(MAIN, work_offset_mm=OFFSET)
+    assert len(alone["motions"]) < len(found["motions"])
+    result = machine.compensate(
+        MAIN, subprograms=[file], flatten=True, contact="tip", tool_radius_mm=5, work_offset_mm=OFFSET
+    )
+    assert b"M98" not in result.program()
+    assert b"X20" in result.program()
+    with pytest.raises(ValueError, match="name"):
+        machine.interpret(MAIN, subprograms=[CALLED])
+
+
 def test_a_figure_is_shown_in_a_notebook(machine: Machine, tmp_path: Path) -> None:
     figure = machine.compensate(BLADE, tool_radius_mm=5, work_offset_mm=OFFSET).figure()
     shown, whole = (ElementTree.fromstring(text) for text in (figure._repr_svg_(), figure.svg))

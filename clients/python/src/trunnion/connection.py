@@ -6,7 +6,7 @@ import json
 import random
 import time
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import date, datetime, timezone
 from importlib.metadata import PackageNotFoundError, version
@@ -67,7 +67,7 @@ class Connection:
         document: Any = None,
         content: bytes | None = None,
         form: Mapping[str, Any] | None = None,
-        uploads: Mapping[str, Upload] | None = None,
+        uploads: Sequence[tuple[str, Upload]] = (),
         headers: Mapping[str, str] | None = None,
         accept: str = JSON,
         timeout_s: float | None = None,
@@ -88,10 +88,10 @@ class Connection:
             with ExitStack() as open_until_read:
                 try:
                     # Files are opened anew for each attempt, so that they are read from their beginning.
-                    files = {
-                        name: (upload.name, open_until_read.enter_context(upload.open()), upload.media_type)
-                        for name, upload in (uploads or {}).items()
-                    }
+                    files = [
+                        (name, (upload.name, open_until_read.enter_context(upload.open()), upload.media_type))
+                        for name, upload in uploads
+                    ]
                     data = {name: encoded(value) for name, value in (form or {}).items()}
                     request = self._client.build_request(
                         method,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 from .calibration import Calibration, CalibrationTrend
 from .connection import CSV, Connection, new_idempotency_key, part
 from .contract import MachineProfile
-from .files import Content, upload
+from .files import Content, Upload, upload
 from .job import Job, Progress
 from .kinematics import Candidates, Joints, Kinematics, Poses
 from .problem import TrunnionError
@@ -55,6 +55,7 @@ class Machine:
     Operations on programs are posted as jobs and waited for. All of them take
 
     - `program`: the path of a file, its bytes, or `(name, bytes)`;
+    - `subprograms`: the files that it calls, in the same forms; their names are those of the calls;
     - `part`: the surface of the part as STL, in the same forms, where the contact comes from it;
     - the parameters of the service's own operation, under their names;
     - `progress`, called with the share that is done, and `timeout_s`, after which `WaitTimeout` is raised;
@@ -111,6 +112,7 @@ class Machine:
         program: Content,
         *,
         part: Content | None = None,
+        subprograms: Sequence[Content] = (),
         progress: Progress | None = None,
         timeout_s: float | None = None,
         external_id: str | None = None,
@@ -118,8 +120,8 @@ class Machine:
         **parameters: Unpack[CcParameters],
     ) -> Compensation:
         """Brings the cutter-contact path back to its line (`cc-compensation`)."""
-        job = self.post_job("cc-compensation", program, parameters, part=part, external_id=external_id,
-                            idempotency_key=idempotency_key)  # fmt: skip
+        job = self.post_job("cc-compensation", program, parameters, part=part, subprograms=subprograms,
+                            external_id=external_id, idempotency_key=idempotency_key)  # fmt: skip
         return finished(job, Compensation, progress, timeout_s)
 
     def compensate_wear(
@@ -127,6 +129,7 @@ class Machine:
         program: Content,
         *,
         part: Content | None = None,
+        subprograms: Sequence[Content] = (),
         progress: Progress | None = None,
         timeout_s: float | None = None,
         external_id: str | None = None,
@@ -134,8 +137,8 @@ class Machine:
         **parameters: Unpack[WearParameters],
     ) -> WearCompensation:
         """The program for a worn or reground cutter (`wear-compensation`)."""
-        job = self.post_job("wear-compensation", program, parameters, part=part, external_id=external_id,
-                            idempotency_key=idempotency_key)  # fmt: skip
+        job = self.post_job("wear-compensation", program, parameters, part=part, subprograms=subprograms,
+                            external_id=external_id, idempotency_key=idempotency_key)  # fmt: skip
         return finished(job, WearCompensation, progress, timeout_s)
 
     def one_pass(
@@ -143,6 +146,7 @@ class Machine:
         program: Content,
         *,
         part: Content | None = None,
+        subprograms: Sequence[Content] = (),
         progress: Progress | None = None,
         timeout_s: float | None = None,
         external_id: str | None = None,
@@ -150,8 +154,8 @@ class Machine:
         **parameters: Unpack[CompensationParameters],
     ) -> OnePass:
         """Wear, location errors and the cutter-contact path in one pass (`compensation`)."""
-        job = self.post_job("compensation", program, parameters, part=part, external_id=external_id,
-                            idempotency_key=idempotency_key)  # fmt: skip
+        job = self.post_job("compensation", program, parameters, part=part, subprograms=subprograms,
+                            external_id=external_id, idempotency_key=idempotency_key)  # fmt: skip
         return finished(job, OnePass, progress, timeout_s)
 
     def post_process(
@@ -173,6 +177,7 @@ class Machine:
         program: Content,
         *,
         part: Content | None = None,
+        subprograms: Sequence[Content] = (),
         progress: Progress | None = None,
         timeout_s: float | None = None,
         external_id: str | None = None,
@@ -180,14 +185,15 @@ class Machine:
         **parameters: Unpack[VerificationParameters],
     ) -> Verification:
         """Virtual cutting: what the program leaves on the part (`verification`)."""
-        job = self.post_job("verification", program, parameters, part=part, external_id=external_id,
-                            idempotency_key=idempotency_key)  # fmt: skip
+        job = self.post_job("verification", program, parameters, part=part, subprograms=subprograms,
+                            external_id=external_id, idempotency_key=idempotency_key)  # fmt: skip
         return finished(job, Verification, progress, timeout_s)
 
     def simulate_program(
         self,
         program: Content,
         *,
+        subprograms: Sequence[Content] = (),
         progress: Progress | None = None,
         timeout_s: float | None = None,
         external_id: str | None = None,
@@ -195,8 +201,8 @@ class Machine:
         **parameters: Unpack[ServoProgramParameters],
     ) -> ProgramSimulation:
         """The contour error along a program with the drives of this machine (`servo-simulation`)."""
-        job = self.post_job("servo-simulation", program, parameters, external_id=external_id,
-                            idempotency_key=idempotency_key)  # fmt: skip
+        job = self.post_job("servo-simulation", program, parameters, subprograms=subprograms,
+                            external_id=external_id, idempotency_key=idempotency_key)  # fmt: skip
         return finished(job, ProgramSimulation, progress, timeout_s)
 
     def post_job(
@@ -206,6 +212,7 @@ class Machine:
         parameters: Mapping[str, Any],
         *,
         part: Content | None = None,
+        subprograms: Sequence[Content] = (),
         external_id: str | None = None,
         callback_url: str | None = None,
         idempotency_key: str | None = None,
@@ -215,9 +222,9 @@ class Machine:
         The same request under the same `idempotency_key` is the same job. Without a key the package makes one, so
         that a request whose answer is lost can be repeated.
         """
-        uploads = {"program": upload(program, "program.nc")}
+        uploads = _program(program, subprograms)
         if part is not None:
-            uploads["surface"] = upload(part, "part.stl")
+            uploads.append(("surface", upload(part, "part.stl")))
         order = self._order(operation, parameters, external_id, callback_url)
         headers = {"Idempotency-Key": idempotency_key or new_idempotency_key()}
         answer = self._connection.send("POST", "/v1/jobs", form={"job": order}, uploads=uploads, headers=headers)
@@ -240,7 +247,7 @@ class Machine:
         """
         order = self._order(operation, parameters, external_id, callback_url)
         headers = {"Idempotency-Key": idempotency_key or new_idempotency_key()}
-        uploads = {"programs": upload(programs, "programs.zip")}
+        uploads = [("programs", upload(programs, "programs.zip"))]
         answer = self._connection.send("POST", "/v1/job-batches", form={"job": order}, uploads=uploads, headers=headers)
         return {item["path"]: Job(self._connection, item["job"]) for item in answer.json()["items"]}
 
@@ -254,18 +261,29 @@ class Machine:
             order["callback_url"] = callback_url
         return order
 
-    def interpret(self, program: Content, **parameters: Unpack[InterpretationParameters]) -> Interpretation:
+    def interpret(
+        self,
+        program: Content,
+        *,
+        subprograms: Sequence[Content] = (),
+        **parameters: Unpack[InterpretationParameters],
+    ) -> Interpretation:
         """How the service understands a program, motion by motion. Nothing is stored."""
-        return cast("Interpretation", self._interpreted(program, parameters, "application/json").json())
+        uploads = _program(program, subprograms)
+        return cast("Interpretation", self._interpreted(uploads, parameters, "application/json").json())
 
     def interpret_as_table(
-        self, program: Content, **parameters: Unpack[InterpretationParameters]
+        self,
+        program: Content,
+        *,
+        subprograms: Sequence[Content] = (),
+        **parameters: Unpack[InterpretationParameters],
     ) -> list[dict[str, str]]:
         """The motions as rows of a table, which is shorter than `interpret` for a long program."""
-        return list(csv.DictReader(io.StringIO(self._interpreted(program, parameters, CSV).text)))
+        uploads = _program(program, subprograms)
+        return list(csv.DictReader(io.StringIO(self._interpreted(uploads, parameters, CSV).text)))
 
-    def _interpreted(self, program: Content, parameters: Mapping[str, Any], accept: str) -> Any:
-        uploads = {"program": upload(program, "program.nc")}
+    def _interpreted(self, uploads: Sequence[tuple[str, Upload]], parameters: Mapping[str, Any], accept: str) -> Any:
         return self._connection.send(
             "POST", f"{self.path}/interpretation", form={"parameters": parameters}, uploads=uploads, accept=accept
         )
@@ -368,6 +386,13 @@ def finished(job: Job, result: type[Of], progress: Progress | None, timeout_s: f
             job.cancel()
         raise
     return result(job)
+
+
+def _program(program: Content, subprograms: Sequence[Content]) -> list[tuple[str, Upload]]:
+    if any(isinstance(file, bytes) for file in subprograms):
+        raise ValueError("a call means a file by its name; give the bytes of a subprogram as (name, bytes)")
+    called = [("subprogram", upload(file, "")) for file in subprograms]
+    return [("program", upload(program, "program.nc")), *called]
 
 
 def _kinematic(
