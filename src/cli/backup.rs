@@ -23,7 +23,11 @@ pub(super) fn back_up(settings: &Settings, target: &Path) -> Result<(), CommandF
 /// Restores `backup` into the data directory.
 pub(super) fn restore(settings: &Settings, backup: &Path) -> Result<(), CommandFault> {
     if settings.database.is_some() {
-        let instead = "pg_restore, and copy the data directory of the same backup back";
+        let instead = match &settings.files {
+            FilesIn::Directory => "pg_restore, and copy the data directory of the same backup back",
+            FilesIn::Postgres => "pg_restore: the files are in the database",
+            FilesIn::Objects(_) => "pg_restore, and copy the files of the same backup back into the bucket",
+        };
         return Err(CommandFault::OfTheServer { command: "restore", instead });
     }
     let manifest = block_on(async { Ok(store::restore(backup, &settings.data_dir).await?) })?;

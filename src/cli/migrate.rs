@@ -72,8 +72,12 @@ pub(super) fn to_server(settings: &Settings, address: &DatabaseAddress) -> Resul
         FilesIn::Directory => {
             format!("the files stay in {place}: the service needs this directory and database = {address}")
         }
-        FilesIn::Postgres => format!("the files are in the database: {place}/blobs is no longer needed"),
-        FilesIn::Objects(bucket) => format!("the files are in {bucket}: {place}/blobs is no longer needed"),
+        FilesIn::Postgres => {
+            format!("the files are in the database; those here are kept in {place}/blobs.migrated")
+        }
+        FilesIn::Objects(bucket) => {
+            format!("the files are in {bucket}; those here are kept in {place}/blobs.migrated")
+        }
     })
 }
 

@@ -134,6 +134,14 @@ pub enum StoreError {
         /// Encoding of the database.
         found: String,
     },
+    /// The address names no schema that can be used.
+    #[error(
+        "{database} has no schema that this user may use: make it with CREATE SCHEMA NAME AUTHORIZATION USER, or correct          ?options[search_path]=NAME"
+    )]
+    NoSchema {
+        /// The address without a password.
+        database: String,
+    },
     /// Another service has the database.
     #[error(
         "{database} is in use by trunnion {version} on {host} (process {process}) since {since}. Stop that service \

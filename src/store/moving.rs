@@ -1,7 +1,8 @@
 //! Moves a data directory to a server of PostgreSQL: every row, and every file if files are to be there or in a bucket. The rows are one
 //! transaction, which is compared with the file before it ends. Files come before it; a second run goes on with them.
 //! The directory is left as it is until the server has everything. Then its database file gets another name, so that no
-//! service begins with it again.
+//! service begins with it again. So does the folder of its files if they are elsewhere now: a service would take them for
+//! copies, and remove them.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -26,7 +27,7 @@ use super::{
 };
 use crate::config::{DatabaseAddress, FilesIn, Settings};
 
-/// What is added to the name of a database file whose content is on a server.
+/// What is added to the names of a database file and a folder of files whose content is on a server.
 const MOVED: &str = ".migrated";
 /// The holder of leases of jobs that were running; no service has this name, so that any of them takes the jobs up.
 const NOBODY: &str = "moved";
@@ -147,7 +148,7 @@ pub struct Moved {
     pub file_bytes: u64,
     /// The database file under its new name.
     pub left: PathBuf,
-    /// Whether an earlier run had stored everything, and only the file was renamed now.
+    /// Whether an earlier run had stored everything, and only names were changed now.
     pub was_complete: bool,
 }
 
@@ -203,10 +204,12 @@ pub async fn move_to_server(
     } else {
         None
     };
-    let blobs = data_dir.join("blobs");
+    let [blobs, blobs_left] =
+        [String::new(), MOVED.to_owned()].map(|end| data_dir.join(format!("blobs{end}")));
+    let from = if blobs.is_dir() || !blobs_left.is_dir() { &blobs } else { &blobs_left }.clone();
     let files = tokio::task::spawn_blocking(move || {
         let kept: Result<u64, MoveFault> =
-            named.iter().try_fold(0, |sum, sha256| Ok(sum + keep(&blobs, sha256, shared.as_ref())?));
+            named.iter().try_fold(0, |sum, sha256| Ok(sum + keep(&from, sha256, shared.as_ref())?));
         (kept, shared)
     });
     let (kept, shared) = files.await.map_err(io::Error::other).map_err(at("reading", data_dir))?;
@@ -218,6 +221,10 @@ pub async fn move_to_server(
     note(data_dir, &found.id)?;
     if !moved.was_complete {
         fill(&mut session, &database, &contents, place).await?;
+    }
+    // The database last: as long as it has its name, a second run finds the files under either name.
+    if place.is_shared() && blobs.is_dir() {
+        fs::rename(&blobs, &blobs_left).map_err(at("renaming", &blobs))?;
     }
     set_aside(&database, &left)?;
     if let Err(fault) = session.close().await {

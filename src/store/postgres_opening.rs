@@ -111,15 +111,16 @@ impl Server<'_> {
     /// A session on a server that can be used.
     pub(super) async fn session(&self, options: &PgConnectOptions) -> Result<PgConnection, StoreError> {
         let mut session = self.within(PgConnection::connect_with(options)).await?;
-        let asked: (String, String) = self
+        let asked: (String, String, bool) = self
             .within(
                 sqlx::query_as(
-                    "SELECT current_setting('server_version'), current_setting('server_encoding')",
+                    "SELECT current_setting('server_version'), current_setting('server_encoding'),
+                            current_schema() IS NOT NULL",
                 )
                 .fetch_one(&mut session),
             )
             .await?;
-        let (version, encoding) = asked;
+        let (version, encoding, has_schema) = asked;
         let major =
             version.split(|byte: char| !byte.is_ascii_digit()).next().and_then(|text| text.parse().ok());
         if major.is_none_or(|major: i32| major < OLDEST_SERVER) {
@@ -127,6 +128,9 @@ impl Server<'_> {
         }
         if encoding != "UTF8" {
             return Err(StoreError::NotUtf8 { found: encoding });
+        }
+        if !has_schema {
+            return Err(StoreError::NoSchema { database: self.address.to_string() });
         }
         Ok(session)
     }

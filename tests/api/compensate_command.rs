@@ -53,6 +53,11 @@ fn a_preset_and_flags_need_no_file_and_give_the_program_of_the_parameters() {
     let (done, same) = run(BLADE, &[&part[..], &OFFSET, &flags[2..]].concat());
     lines(&done);
     assert_eq!(same.unwrap(), program);
+    // Warnings of a step are said too.
+    let left_alone = BLADE.replace("\nN1050 M5", "\nG92 X0\nG1 X1 Y2 Z3 A4 C5\nN1050 M5");
+    let (done, _) = run(&left_alone, &[&flags[..], &OFFSET].concat());
+    let last = lines(&done).remove(2);
+    assert!(last.contains("; warnings: ") && last.contains("work_offset_changed"), "{last}");
     // One step without the pass.
     let alone = [&flags[..], &OFFSET, &["--operation", "cc-compensation"]].concat();
     let (done, alone) = run(BLADE, &alone);

@@ -2,7 +2,7 @@
 //! (`docs/scale-out.md`). Without `TRUNNION_TEST_DATABASE` only the last of these tests do something.
 
 use std::path::Path;
-use std::process::Output;
+use std::process::{Command, Output};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -316,6 +316,40 @@ fn commands_for_a_file_name_the_tools_of_the_server() {
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.contains(tool) && text.contains("docs/scale-out.md"), "{text}");
     }
+}
+
+/// A database that comes back from a dump is the same to the doctor, deep look included.
+#[tokio::test]
+async fn a_restored_dump_is_sound() {
+    let Some(server) = server() else { return };
+    let folder = TempDir::new().unwrap();
+    let data = folder.path().join("data");
+    std::fs::create_dir(&data).unwrap();
+    let app = spawn_in(&data, |_| ()).await;
+    with_a_job(&app).await;
+    let files = if app.store().is_shared() { shared_place().to_string() } else { "directory".to_owned() };
+    app.stop().await;
+    let (schema, dump) = (schema_of(&data), folder.path().join("trunnion.dump"));
+    let run = |command: &mut Command| {
+        let done = command.output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    };
+    run(Command::new("pg_dump")
+        .args(["--format=custom", "--schema", &schema, "--file"])
+        .arg(&dump)
+        .arg(&server));
+    ask(&format!("DROP SCHEMA {schema} CASCADE"));
+    run(Command::new("pg_restore").args(["--single-transaction", "--dbname", &server]).arg(&dump));
+    let looked = trunnion(&data, &["doctor", "--deep", "--files", &files]);
+    assert!(is_sound_but_for_fsync(&looked), "{}", said(&looked));
+    assert!(said(&looked).contains("schema unchanged"), "{}", said(&looked));
+    // Its rules still hold.
+    let changed = crate::database::change(&data, "UPDATE audit SET resource = '/x' WHERE seq = 1").await;
+    assert!(changed.is_err_and(|fault| fault.contains("the audit log never changes")));
+    ask(&format!("DROP SCHEMA {schema} CASCADE"));
+    let gone = trunnion(&data, &["doctor", "--files", &files]);
+    assert!(said(&gone).contains("CREATE SCHEMA"), "{}", said(&gone));
+    ask(&format!("CREATE SCHEMA {schema}"));
 }
 
 #[tokio::test]

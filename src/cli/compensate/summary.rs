@@ -65,6 +65,19 @@ impl<'a> Report<'a> {
             .unwrap_or_default()
     }
 
+    /// The kinds of all warnings, each once: those of the report, and then those of its steps.
+    fn warning_kinds(self) -> Vec<&'a str> {
+        let steps = self.0.as_object().into_iter().flat_map(|members| members.values());
+        let lists = std::iter::once(self.0).chain(steps).filter_map(|part| part.get("warnings")?.as_array());
+        let mut kinds = Vec::new();
+        for kind in lists.flatten().filter_map(|warning| warning.get("kind")?.as_str()) {
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        kinds
+    }
+
     fn part(self, name: &str) -> Option<Report<'a>> {
         self.0.get(name).filter(|part| !part.is_null()).map(Report)
     }
@@ -210,9 +223,7 @@ fn written(arguments: &CompensateArguments, report: Report<'_>) -> String {
     } else {
         file
     };
-    let all = report.0.get("warnings").and_then(Value::as_array).into_iter().flatten();
-    let mut kinds: Vec<&str> = all.filter_map(|warning| warning.get("kind")?.as_str()).collect();
-    kinds.dedup();
+    let kinds = report.warning_kinds();
     if kinds.is_empty() {
         return format!("{file}; no warnings");
     }

@@ -75,7 +75,7 @@ const LIMITS: &[Row] = &[
     ("max_deliveries", |s| s.max_deliveries as f64, "1", None),
     ("max_deliveries_per_receiver", |s| s.max_deliveries_per_receiver as f64, "1", None),
     ("max_connections", |s| s.max_connections as f64, "1", None),
-    ("max_spool_bytes", |s| s.max_spool_bytes as f64, "bytes", Some(ProblemType::Quota)),
+    ("max_spool_bytes", |s| s.max_spool_bytes as f64, "bytes", Some(ProblemType::StorageUnavailable)),
     ("max_share_per_caller", |s| s.max_share_per_caller, "1", Some(ProblemType::Quota)),
     ("max_rate_per_s", |s| s.max_rate_per_s, "1/s", Some(ProblemType::TooManyRequests)),
     ("max_burst_requests", |s| f64::from(s.max_burst_requests), "1", Some(ProblemType::TooManyRequests)),
