@@ -1,7 +1,7 @@
 //! The number of blocks into which a source block is divided, and the words at each of their ends.
 
 use super::{Correction, Effort, Segment, SourceBlock, Station, repaired_tip_mm, within_tolerance};
-use crate::geometry::Vec3;
+use crate::geometry::{PlaneFrame, Vec3};
 use crate::motion::{AxisWords, Interpolation};
 use crate::program::round_to_decimals;
 
@@ -18,8 +18,10 @@ pub struct Resolution {
     pub axis_decimals: Option<u8>,
     /// Millimetres in a program unit: 1 or 25.4.
     pub mm_per_unit: f64,
-    /// The origin of written numbers: zero, or in G91 the point before the block.
+    /// The origin of written numbers: zero, or in G91 the point before the block. In a tilted plane, a place of it.
     pub origin: AxisWords,
+    /// The tilted plane whose places are written. The rotary axes then stand, and are not written.
+    pub frame: Option<PlaneFrame>,
 }
 
 impl Resolution {
@@ -27,17 +29,19 @@ impl Resolution {
     #[must_use]
     pub fn absolute(linear_decimals: u8, rotary_decimals: u8, mm_per_unit: f64) -> Self {
         let origin = AxisWords { linear_mm: [0.0; 3], rotary_deg: [0.0; 2] };
-        Self { linear_decimals, rotary_decimals, axis_decimals: None, mm_per_unit, origin }
+        Self { linear_decimals, rotary_decimals, axis_decimals: None, mm_per_unit, origin, frame: None }
     }
 
     /// The lengths that the control reads back when these are written \[mm\].
     #[must_use]
     pub fn linear_mm(&self, lengths_mm: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|k| {
+        let wanted_mm = self.frame.map_or(lengths_mm, |frame| frame.from_workpiece(lengths_mm));
+        let written_mm = std::array::from_fn(|k| {
             let origin_mm = self.origin.linear_mm[k];
-            let units = (lengths_mm[k] - origin_mm) / self.mm_per_unit;
+            let units = (wanted_mm[k] - origin_mm) / self.mm_per_unit;
             origin_mm + round_to_decimals(units, self.linear_decimals) * self.mm_per_unit
-        })
+        });
+        self.frame.map_or(written_mm, |frame| frame.to_workpiece(written_mm))
     }
 
     /// The angles that the control reads back when these are written \[deg\].
@@ -54,6 +58,9 @@ impl Resolution {
     #[must_use]
     #[expect(clippy::float_cmp, reason = "words that did not move are equal to the bit")]
     pub fn turned(&self, block: &SourceBlock<'_>, angles_deg: [f64; 2]) -> ([f64; 2], Option<[f64; 3]>) {
+        if self.frame.is_some() {
+            return (block.ends[0].words.rotary_deg, None);
+        }
         let Some(decimals) = self.axis_decimals else { return (self.rotary_deg(angles_deg), None) };
         let [start, end] = block.ends.each_ref().map(|end| end.words.rotary_deg);
         if start == end {

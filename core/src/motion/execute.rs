@@ -92,6 +92,7 @@ impl Interpreter {
         self.end_with_hole(index, block, action, before, motions);
         if let Some(plane) = plane {
             self.enter_plane(&plane, [first, second]);
+            self.note_turn(reason, motions.get_mut(before..).unwrap_or_default());
         }
         if let Some(section) = self.this_block.section {
             self.apply_section(section);
@@ -185,9 +186,11 @@ impl Interpreter {
             Some(Action::ToPlane) => {
                 self.set_feed();
                 let tilted = self.obstacle().filter(|_| self.modal.is_tilted());
-                let reason = tilted.unwrap_or(Unfollowable::Reference);
-                self.opaque(index, block, reason, motions);
-                if !self.turn_to_plane() {
+                self.opaque(index, block, tilted.unwrap_or(Unfollowable::Reference), motions);
+                if self.turn_to_plane() {
+                    let last = motions.len().saturating_sub(1);
+                    self.note_turn(reason, motions.get_mut(last..).unwrap_or_default());
+                } else {
                     self.position.forget_axes();
                 }
             }

@@ -93,7 +93,7 @@ pub struct Motion {
     /// `None` if it is not known. If it is not zero, `offset_changed` is set.
     pub program_offset_mm: Option<[f64; 3]>,
     /// The tilted plane in which the block counts. Its places here are those of the tip in the work offset, and the
-    /// control follows the tip. Only motions of a program that is followed as it runs have one.
+    /// control follows the tip. [`Motion::stated`] gives them as words of the block.
     pub frame: Option<PlaneFrame>,
     /// The block repeats the motion before it to another place. It has at most numbers for axis and contact words, F,
     /// a block number, G0 or G1, the word of a line or a point, and comments. After the same motion, the same text
@@ -146,5 +146,25 @@ impl Motion {
     #[inline]
     pub fn mode(&self, stated: Option<Interpolation>) -> Interpolation {
         if self.frame.is_some() { Interpolation::Tcp } else { stated.unwrap_or(self.interpolation) }
+    }
+
+    /// Words of this motion as its block states them: in a tilted plane X Y Z are places of the plane.
+    #[must_use]
+    #[inline]
+    pub fn stated(&self, words: AxisWords) -> AxisWords {
+        match self.frame {
+            Some(frame) => AxisWords { linear_mm: frame.from_workpiece(words.linear_mm), ..words },
+            None => words,
+        }
+    }
+
+    /// Where words as its block states them lead: the inverse of [`Motion::stated`].
+    #[must_use]
+    #[inline]
+    pub fn placed(&self, stated: AxisWords) -> AxisWords {
+        match self.frame {
+            Some(frame) => AxisWords { linear_mm: frame.to_workpiece(stated.linear_mm), ..stated },
+            None => stated,
+        }
     }
 }

@@ -38,9 +38,8 @@ impl TiltedPlane {
     /// Why a motion in this plane is not one of the machine's words.
     pub(super) fn obstacle(&self) -> Unfollowable {
         match self.standing {
-            Standing::Apart => Unfollowable::TiltedPlane,
+            Standing::Apart | Standing::On(_) => Unfollowable::TiltedPlane,
             Standing::Undecided => Unfollowable::PlaneSolution,
-            Standing::On(_) => Unfollowable::InPlane,
         }
     }
 }

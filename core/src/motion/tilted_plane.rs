@@ -1,7 +1,7 @@
 //! Tilted working planes: the plane that a statement defines, the rotary positions on it, and the motions in it.
 //!
 //! In a plane X Y Z are places of the plane, and the tool stands on it. A motion there is one of the tip, in W, with the
-//! rotary axes at rest. Its words are not those of the machine, so operations that write leave it as it is.
+//! rotary axes at rest. Operations that write give it words of the plane, and no words of the rotary axes.
 
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
@@ -109,6 +109,22 @@ impl Interpreter {
         Some(PlaneFrame::new(mm(stated.zero), turn).shifted(mm(stated.shift)))
     }
 
+    /// Whether the control has turned the rotary axes to known words on the plane.
+    fn stands_on_plane(&self) -> bool {
+        self.modal.tilt.is_some_and(|plane| matches!(plane.standing, Standing::On(_)))
+    }
+
+    /// Gives the motions of a block that has turned the rotary axes to known words this reason, if the block has no
+    /// `reason` of its own. They then need not be known better.
+    pub(super) fn note_turn(&self, reason: Option<Unfollowable>, motions: &mut [Motion]) {
+        let understood = [Unfollowable::TiltedPlane, Unfollowable::Transformation].map(Some);
+        if reason.is_none() && self.stands_on_plane() {
+            for motion in motions.iter_mut().filter(|motion| understood.contains(&motion.unfollowable)) {
+                motion.unfollowable = Some(Unfollowable::TurnToPlane);
+            }
+        }
+    }
+
     /// G53.1 turns the rotary axes to the plane, and moves nothing else. Returns whether the plane is understood.
     pub(super) fn turn_to_plane(&mut self) -> bool {
         let is_plain = self.block.present & !(Address::N.bit() | Address::F.bit()) == 0;
@@ -133,7 +149,7 @@ impl Interpreter {
 
     /// The frame of the plane, if the tool stands on it and motions in it are followed.
     pub(super) fn plane_in_force(&self) -> Option<PlaneFrame> {
-        let plane = self.modal.tilt.filter(|_| self.options.as_it_runs && self.modal.is_tilted())?;
+        let plane = self.modal.tilt.filter(|_| self.modal.is_tilted())?;
         let Standing::On(words_deg) = plane.standing else { return None };
         // On a machine with a head axis the tip is known if a length is in force.
         let has_length = !self.axes.has_head_axis() || self.rules.has_length(&self.modal);
@@ -166,15 +182,12 @@ impl Interpreter {
 
     /// Why a motion is left alone that is in a plane and is not followed there.
     pub(super) fn as_in_plane(&self, obstacle: Option<Unfollowable>) -> Option<Unfollowable> {
-        match obstacle {
-            Some(Unfollowable::InPlane) if self.options.as_it_runs => {
-                let is_compensated = self.modal.compensation != Some(false);
-                let compensated = is_compensated.then_some(Unfollowable::CutterCompensation);
-                let beside = self.modal.obstacle_beside_plane().or(compensated);
-                Some(beside.unwrap_or(Unfollowable::TiltedPlane))
-            }
-            other => other,
+        if obstacle != Some(Unfollowable::TiltedPlane) || !self.stands_on_plane() {
+            return obstacle;
         }
+        let is_compensated = self.modal.compensation != Some(false);
+        let compensated = is_compensated.then_some(Unfollowable::CutterCompensation);
+        self.modal.obstacle_beside_plane().or(compensated).or(obstacle)
     }
 }
 

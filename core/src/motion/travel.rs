@@ -95,7 +95,6 @@ impl Interpreter {
                     | Unfollowable::OtherTransformation
                     | Unfollowable::TiltedPlane
                     | Unfollowable::PlaneSolution
-                    | Unfollowable::InPlane
                     | Unfollowable::ModeUnknown { group: ModalGroup::Transformation }
             )
         );

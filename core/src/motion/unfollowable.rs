@@ -85,9 +85,9 @@ pub enum Unfollowable {
         "the machine's profile does not decide which rotary positions the control takes for the tilted plane"
     )]
     PlaneSolution,
-    /// A motion in a tilted plane, for an operation that writes.
-    #[error("a tilted working plane is active, in which this operation changes no motion")]
-    InPlane,
+    /// The rotary axes turn to a tilted plane, to positions that are known. Nothing else moves by words.
+    #[error("the rotary axes turn to the tilted plane")]
+    TurnToPlane,
     /// Rotation, scaling, mirror, polar words, cylinder or diameter mode.
     #[error("a coordinate transformation is active")]
     Transformation,
@@ -197,6 +197,7 @@ impl Unfollowable {
             | Self::Expression { .. }
             | Self::RepeatedAddress { .. }
             | Self::KinematicsSwitched
+            | Self::TurnToPlane
             | Self::StateLost => return None,
             Self::NoSuchAxis { .. } => {
                 "Choose the machine that has this axis, or post the program without the word"
@@ -204,12 +205,11 @@ impl Unfollowable {
             Self::BlockDelete => "Remove the `/` or the block",
             Self::CutterCompensation => "Post the path of the cutter without radius compensation",
             Self::TiltedPlane => {
-                "State `plane_solution` in the profile for an operation that only reads, or post the program without a tilted plane"
+                "Write the plane in a form that is followed, with X Y Z words alone in it, and state `plane_solution` in the profile; or post the program without a tilted plane"
             }
             Self::PlaneSolution => {
                 "State `plane_solution` with its axis in the profile, and the rotary positions before the plane; if both are stated, the travels of the rotary axes do not reach the plane"
             }
-            Self::InPlane => "Post the motions of the plane with tool-centre-point control",
             Self::Transformation => "Post the program in plain workpiece coordinates",
             Self::OtherTransformation => {
                 "Describe the transformation of this program in the machine's profile, and select it by TRAORI"

@@ -153,10 +153,7 @@ impl ArcPath {
         motion: &Motion,
         [start, end]: [AxisWords; 2],
     ) -> Result<Self, UnknownArc> {
-        let [start, end] = [start, end].map(|words| match motion.frame {
-            Some(frame) => AxisWords { linear_mm: frame.from_workpiece(words.linear_mm), ..words },
-            None => words,
-        });
+        let [start, end] = [start, end].map(|words| motion.stated(words));
         let across = usize::from(motion.plane.ok_or(UnknownArc::Plane)?);
         let axes = [(across + 1) % 3, (across + 2) % 3];
         let is_at_rest = |k: usize| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits();

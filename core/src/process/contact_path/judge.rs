@@ -404,7 +404,10 @@ impl<'a> Judge<'a> {
     }
 
     fn say_why_not(&mut self, motion: &Motion) {
-        let silent = matches!(motion.unfollowable, Some(Unfollowable::Reference | Unfollowable::Return));
+        let silent = matches!(
+            motion.unfollowable,
+            Some(Unfollowable::Reference | Unfollowable::Return | Unfollowable::TurnToPlane)
+        );
         if motion.kind == MotionKind::Rapid || silent {
             return;
         }

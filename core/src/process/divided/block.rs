@@ -46,7 +46,8 @@ impl DividedBlock<'_> {
             && read.unfollowable.is_none()
             && mode == block.mode
             && read.feed.mode == self.source.feed.mode
-            && read.incremental == self.source.incremental;
+            && read.incremental == self.source.incremental
+            && read.frame == self.source.frame;
         if !same_modes {
             return Err(failed(line, "a part of a divided block is another kind of motion"));
         }

@@ -15,7 +15,7 @@ pub(in crate::process) struct Division {
     pub(in crate::process) carries_feed: bool,
 }
 
-/// The resolution of the parts: these decimals, and in G91 the place from which words count.
+/// The resolution of the parts: these decimals, in G91 the place from which words count, and the tilted plane.
 pub(in crate::process) fn resolution(
     checked: &Checked<'_>,
     motion: &Motion,
@@ -24,8 +24,12 @@ pub(in crate::process) fn resolution(
 ) -> Resolution {
     let axis_decimals = motion.tool_axis.map(|_| rotary_decimals);
     let absolute = Resolution::absolute(linear_decimals, rotary_decimals, motion.mm_per_unit);
-    let absolute = Resolution { axis_decimals, ..absolute };
-    if motion.incremental { Resolution { origin: checked.block.ends[0].words, ..absolute } } else { absolute }
+    let absolute = Resolution { axis_decimals, frame: motion.frame, ..absolute };
+    if motion.incremental {
+        Resolution { origin: motion.stated(checked.block.ends[0].words), ..absolute }
+    } else {
+        absolute
+    }
 }
 
 /// The first F word of the parts that is too small or too fast; `None` if all can be written.

@@ -118,7 +118,7 @@ impl<'a> Words<'a> {
             letters,
             present,
             left_out: left_out(batch, motion.block as usize, letters),
-            written: in_units(&checked.block.ends[0].words, motion.mm_per_unit),
+            written: in_units(&motion.stated(checked.block.ends[0].words), motion.mm_per_unit),
             contact,
             extra,
             states_axis,
@@ -127,10 +127,12 @@ impl<'a> Words<'a> {
 
     /// The words of the part that ends at `node`. `inserted` means that the part is a block of its own.
     fn at(&mut self, node: &Node, last: bool, inserted: bool) -> Vec<NewWord> {
-        let target = in_units(&node.station.words, self.motion.mm_per_unit);
+        let target = in_units(&self.motion.stated(node.station.words), self.motion.mm_per_unit);
         let mut list = Vec::with_capacity(12);
         let mut standing = None;
-        let axes = if self.motion.tool_axis.is_some() { 3 } else { 5 };
+        // In a tilted plane the rotary axes stand, wherever the control has turned them.
+        let has_rotary = self.motion.tool_axis.is_none() && self.motion.frame.is_none();
+        let axes = if has_rotary { 5 } else { 3 };
         for (k, target) in target.into_iter().enumerate().take(axes) {
             let decimals =
                 if k < 3 { self.resolution.linear_decimals } else { self.resolution.rotary_decimals };

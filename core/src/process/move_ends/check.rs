@@ -191,7 +191,7 @@ impl ComparedEnds<'_> {
             return Err(failed(line, "the tool axis differs from the planned one"));
         }
         self.axis_left.take(Angle::from_rad(axis_rad), line);
-        self.tell(point, axis_rad, off_mm.norm(), change);
+        self.tell(point, [axis_rad, off_mm.norm()], read.frame.is_none(), change);
         let Some(worn) = self.worn.as_ref().filter(|_| point.has_contact) else {
             self.contact_mm = None;
             return Ok(());
@@ -210,8 +210,14 @@ impl ComparedEnds<'_> {
         Ok(())
     }
 
-    /// Records the effect of the move on a motion and on its errors.
-    fn tell(&self, point: &MovedPoint, axis_left_rad: f64, rounding_mm: f64, change: &mut MotionChange) {
+    /// Records the effect of the move on a motion and on its errors. `turns`: its rotary words could be changed.
+    fn tell(
+        &self,
+        point: &MovedPoint,
+        [axis_left_rad, rounding_mm]: [f64; 2],
+        turns: bool,
+        change: &mut MotionChange,
+    ) {
         let contact = &point.contact;
         let (mut before, mut after) = (ErrorShares::default(), ErrorShares::default());
         after.rounding_mm = rounding_mm;
@@ -228,7 +234,7 @@ impl ComparedEnds<'_> {
         if self.recalibrates {
             change.location_errors_mm = (point.real.tip_mm - point.pose.tip_mm).norm();
             axis_before_rad = angle_between(point.real.axis, point.pose.axis);
-            change.axis_rad = axis_before_rad;
+            change.axis_rad = if turns { axis_before_rad } else { 0.0 };
             let miss_mm = match &self.worn {
                 Some(worn) => contact.hold.miss_mm(&worn.nominal, &point.pose, &point.real),
                 None => point.real.tip_mm - point.pose.tip_mm,

@@ -163,7 +163,7 @@ impl Pilot<'_> {
             (Some(worn), ..) => self.stated(worn, motion, &end, &pose)?,
         };
         if stated.is_none() && rests(motion) {
-            return Ok(EndChoice::Move { goal: Goal::Words(axes.standing(&end)), point: None });
+            return Ok(EndChoice::Move { goal: Goal::Words(axes.standing(motion, &end)), point: None });
         }
         let near = self.near(motion, &pose, &end)?;
         if motion.kind == MotionKind::Arc {
@@ -224,8 +224,8 @@ impl Pilot<'_> {
         end: &AxisWords,
     ) -> Result<NearWords, LineFaultKind> {
         let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
-        // A vector states the axis direction in W, on any machine.
-        if !self.moves.recalibrates || motion.tool_axis.is_some() {
+        // A vector states the axis direction in W, on any machine. In a tilted plane the rotary axes have no words.
+        if !self.moves.recalibrates || motion.tool_axis.is_some() || motion.frame.is_some() {
             return Ok(as_they_are);
         }
         let near = self.written.now.kinematics.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(
@@ -304,15 +304,17 @@ impl Pilot<'_> {
     ) -> Result<EndChoice, LineFaultKind> {
         // An arc does not turn the tool, so no contact is assumed for it.
         let point = self.point(motion, poses, near, stated);
-        let together = axes.standing(end);
+        let together = axes.standing(motion, end);
         let far = |wanted: &[f64], kept: &[f64], half: f64| {
             wanted.iter().zip(kept).any(|(wanted, kept)| (wanted - kept).abs() > half)
         };
         if far(&near.words_deg, &together.rotary_deg, rotary.half()) {
             return Err(LineFaultKind::ArcShift { why: "the rotary axes have to turn along it" });
         }
-        let target_mm = self.linear_mm(motion, together.rotary_deg, &point);
-        if far(&target_mm, &together.linear_mm, linear.half()) {
+        let linear_mm = self.linear_mm(motion, together.rotary_deg, &point);
+        let [target, kept] =
+            [AxisWords { linear_mm, ..together }, together].map(|words| motion.stated(words));
+        if far(&target.linear_mm, &kept.linear_mm, linear.half()) {
             return Err(LineFaultKind::ArcShift { why: "its ends move by different vectors" });
         }
         if axes.is_off() {
@@ -346,9 +348,11 @@ impl Pilot<'_> {
     ) -> Result<EndChoice, LineFaultKind> {
         let has_to_move = match reason {
             // These motions go to places of the machine, or nowhere.
-            Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return => {
-                return Ok(EndChoice::Leave);
-            }
+            // In a tilted plane X Y Z begin anew.
+            Unfollowable::Reference
+            | Unfollowable::MachineCoordinates
+            | Unfollowable::Return
+            | Unfollowable::TurnToPlane => return Ok(EndChoice::Leave),
             // The called program moves by its own words and expects to start at the source's position.
             Unfollowable::Call | Unfollowable::UnknownCode => axes.is_off(),
             _ => self.would_move(motion, axes),
@@ -380,7 +384,12 @@ impl Pilot<'_> {
 fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<EndChoice, LineFaultKind> {
     let goes_to_the_machine = matches!(
         motion.unfollowable,
-        Some(Unfollowable::Reference | Unfollowable::MachineCoordinates | Unfollowable::Return)
+        Some(
+            Unfollowable::Reference
+                | Unfollowable::MachineCoordinates
+                | Unfollowable::Return
+                | Unfollowable::TurnToPlane
+        )
     );
     if !axes.is_off() || goes_to_the_machine {
         return Ok(EndChoice::Leave);
@@ -405,5 +414,6 @@ fn as_in_the_source(motion: &Motion, axes: &Axes) -> Result<EndChoice, LineFault
 /// Cutter location data has planes of any direction.
 fn moves_across(motion: &Motion, end: &AxisWords, moved: &AxisWords) -> bool {
     let plane = motion.plane.filter(|_| motion.tool_axis.is_none()).map(usize::from);
+    let [end, moved] = [end, moved].map(|words| motion.stated(*words));
     (0..3).any(|k| Some(k) != plane && (moved.linear_mm[k] - end.linear_mm[k]).abs() > RESTING_MM)
 }

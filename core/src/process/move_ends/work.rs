@@ -168,6 +168,10 @@ impl<'a> EndsWork<'a> {
                 return Err(Fault::Cancelled);
             }
             self.scan(batch, motion.block as usize);
+            if motion.frame.is_some() {
+                // The control has turned the rotary axes, in both programs.
+                self.axes.rotary.meet();
+            }
             let resolutions = self.resolutions(motion);
             let choice = self.pilot.decide(motions, index, following, &self.axes, resolutions);
             go_on(&self.pilot.effort)?;
@@ -251,14 +255,15 @@ impl<'a> EndsWork<'a> {
         out: &mut Outgoing<ExpectedEnd>,
     ) -> Result<(), Fault> {
         let batch = &passage.1.batch;
-        let start = motion.start.map(|words| self.axes.standing(&words));
+        let start = motion.start.map(|words| self.axes.standing(motion, &words));
         let stated = self.axes.stated(batch, motion);
         match motion.unfollowable {
             Some(Unfollowable::Reference) => self.axes.meet(&stated),
             Some(Unfollowable::MachineCoordinates) => self.axes.meet_in_machine(batch, motion),
+            Some(Unfollowable::TurnToPlane) => self.axes.rotary.meet(),
             _ => self.axes.leave(&stated, motion.incremental),
         }
-        let end = motion.end.map(|words| self.axes.standing(&words));
+        let end = motion.end.map(|words| self.axes.standing(motion, &words));
         self.foresee(motion, [start, end], motion.contact, None, None, out);
         self.blocks_changed += u64::from(self.rewriter.leave(passage, motion, out)?);
         Ok(())
@@ -276,9 +281,10 @@ impl<'a> EndsWork<'a> {
         let batch = &passage.1.batch;
         let Some(source_end) = motion.end else { return Ok(Ok(())) };
         let [linear, rotary] = self.resolutions(motion);
-        let start = motion.start.map(|words| self.axes.standing(&words));
+        let start = motion.start.map(|words| self.axes.standing(motion, &words));
         let stated = self.axes.stated(batch, motion);
         let from = motion.start.unwrap_or(source_end);
+        let in_block = |linear_mm: [f64; 3]| motion.stated(AxisWords { linear_mm, ..source_end }).linear_mm;
         let rotary_goal = match goal {
             Goal::Words(words) => words.rotary_deg,
             Goal::Point { rotary_deg } => *rotary_deg,
@@ -289,11 +295,12 @@ impl<'a> EndsWork<'a> {
         let target_mm = match (goal, &point) {
             (Goal::Point { .. }, Some(point)) => self.pilot.linear_mm(motion, turned.end, point),
             (Goal::Words(words), _) => words.linear_mm,
-            (Goal::Point { .. }, None) => self.axes.linear.standing(&source_end.linear_mm),
+            (Goal::Point { .. }, None) => self.axes.standing(motion, &source_end).linear_mm,
         };
-        let source_mm = [&from.linear_mm, &source_end.linear_mm];
-        let plan = self.axes.linear.plan(incremental, &stated.linear, source_mm, &target_mm, linear);
-        let end = AxisWords { linear_mm: plan.end, rotary_deg: turned.end };
+        let [from_mm, source_mm, target_mm] = [from.linear_mm, source_end.linear_mm, target_mm].map(in_block);
+        let plan =
+            self.axes.linear.plan(incremental, &stated.linear, [&from_mm, &source_mm], &target_mm, linear);
+        let end = motion.placed(AxisWords { linear_mm: plan.end, rotary_deg: turned.end });
         if let Err(kind) = self.check_travel(motion, &end) {
             return Ok(Err(kind));
         }

@@ -94,6 +94,11 @@ impl<const N: usize> Written<N> {
         placed
     }
 
+    /// The coordinates are at the same place in both programs, wherever that is.
+    pub(super) fn meet(&mut self) {
+        (self.offset, self.last) = ([0.0; N], [None; N]);
+    }
+
     /// Takes a block that is left unchanged and whose start and end are not known. Its absolute words then hold in
     /// both programs.
     pub(super) fn leave(&mut self, stated: &Stated<N>, incremental: bool) {
@@ -193,12 +198,14 @@ impl Axes {
         StatedAxes { linear: self.linear.stated(batch, motion), rotary: self.rotary.stated(batch, motion) }
     }
 
-    /// The place of the written program when the source is at `words`.
-    pub(super) fn standing(&self, words: &AxisWords) -> AxisWords {
-        AxisWords {
-            linear_mm: self.linear.standing(&words.linear_mm),
-            rotary_deg: self.rotary.standing(&words.rotary_deg),
-        }
+    /// The place of the written program when the source is at `words` of this motion. In a tilted plane, the
+    /// difference of X Y Z counts in the plane.
+    pub(super) fn standing(&self, motion: &Motion, words: &AxisWords) -> AxisWords {
+        let stated = motion.stated(*words);
+        motion.placed(AxisWords {
+            linear_mm: self.linear.standing(&stated.linear_mm),
+            rotary_deg: self.rotary.standing(&stated.rotary_deg),
+        })
     }
 
     /// Takes a block that is left unchanged.

@@ -1,6 +1,7 @@
 //! What must not change in a block that a step leaves unchanged.
 
 use super::read_back::failed;
+use crate::geometry::PlaneFrame;
 use crate::motion::{
     AxisWords, ContactWords, Extra, FeedMode, Interpolation, Motion, MotionKind, Unfollowable,
 };
@@ -21,6 +22,7 @@ pub(in crate::process) struct KeptMotion {
     pub(in crate::process) line: u64,
     pub(in crate::process) kind: MotionKind,
     interpolation: Interpolation,
+    frame: Option<PlaneFrame>,
     unfollowable: Option<Unfollowable>,
     offset_changed: bool,
     feed_mode: Option<FeedMode>,
@@ -40,6 +42,7 @@ impl KeptMotion {
             line: motion.line,
             kind: motion.kind,
             interpolation: motion.interpolation,
+            frame: motion.frame,
             unfollowable: motion.unfollowable,
             offset_changed: motion.offset_changed,
             feed_mode: motion.feed.mode,
@@ -64,6 +67,7 @@ impl KeptMotion {
         let same = same_feed
             && read.kind == self.kind
             && read.interpolation == self.interpolation
+            && read.frame == self.frame
             && read.unfollowable == self.unfollowable
             && read.offset_changed == self.offset_changed
             && read.feed.mode == self.feed_mode

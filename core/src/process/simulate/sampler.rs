@@ -54,7 +54,9 @@ impl Piece {
             MotionKind::Linear | MotionKind::Opaque => {}
         }
         match motion.unfollowable {
-            Some(Unfollowable::Reference | Unfollowable::Return) => return Err(None),
+            Some(Unfollowable::Reference | Unfollowable::Return | Unfollowable::TurnToPlane) => {
+                return Err(None);
+            }
             Some(reason) => return Err(Some(LeftOutReason::NotFollowed(reason))),
             None if motion.offset_changed => return Err(Some(LeftOutReason::WorkOffsetChanged)),
             None => {}
