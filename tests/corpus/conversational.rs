@@ -4,9 +4,11 @@
 
 use std::ops::ControlFlow;
 
-use trunnion::machine::{Machine, RotaryLetter, Tool};
+use trunnion::machine::{Machine, PlaneRule, PlaneSolution, RotaryLetter, Tool};
 use trunnion::motion::{Interpolation, Interpreter, InterpreterOptions, Motion, MotionKind, Unfollowable};
-use trunnion::process::{CcParameters, ContactSource, compensate};
+use trunnion::process::{
+    CcParameters, ContactSource, WearParameters, WornCutter, compensate, compensate_wear,
+};
 use trunnion::program::{Batch, Diagnostics, Dialect, ReadLimits, Reader};
 use trunnion::units::Length;
 
@@ -101,6 +103,78 @@ fn the_dmc_program_is_followed_through_its_calls() {
     assert!(tcp > 2500, "{tcp}");
     // F78.7 inches a minute.
     assert_eq!(linear[0].feed.value, Some(78.7 * 25.4));
+}
+
+/// Tables whose control turns B to the negative side for a tilted plane.
+fn tables_with_planes() -> Machine {
+    let rule = PlaneSolution { rule: PlaneRule::NegativeFirst, axis: Some(RotaryLetter::B) };
+    tables([RotaryLetter::B, RotaryLetter::C], false).with_plane_solution(Some(rule))
+}
+
+#[test]
+fn the_planes_of_the_dmc_program_are_followed_and_need_no_correction() {
+    let Some(text) = program("5axis/nx_dmc100_heidenhain_m128.h") else { return };
+    let machine = tables_with_planes();
+    let (motions, _) = follow(&text, &machine);
+    let in_planes: Vec<_> =
+        motions.iter().filter(|motion| motion.frame.is_some() && motion.kind == MotionKind::Linear).collect();
+    // Both of its planes at 90 degrees have the feed along X Y Z of the plane.
+    assert!(in_planes.len() > 60, "{}", in_planes.len());
+    assert!(in_planes.iter().all(|motion| motion.unfollowable.is_none() && motion.end.is_some()));
+    let axes: Vec<_> =
+        in_planes.iter().filter_map(|motion| motion.end).map(|end| end.rotary_deg[0]).collect();
+    assert!(axes.iter().all(|b| (b + 90.0).abs() < 1e-9), "{axes:?}");
+    let checked = [&machine, &tables([RotaryLetter::B, RotaryLetter::C], false)].map(|machine| {
+        let radius = Length::from_mm(5.0);
+        let parameters = CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero());
+        let mut output = Vec::new();
+        let report =
+            compensate(machine, &parameters, &text, &mut output, &|| ControlFlow::Continue(())).unwrap();
+        let lines: Vec<Vec<u8>> = output.split(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
+        for motion in &in_planes {
+            let own =
+                text.split(|byte| *byte == b'\n').nth(usize::try_from(motion.line).unwrap() - 1).unwrap();
+            assert!(lines.iter().any(|line| line == own), "line {}", motion.line);
+        }
+        report.motions_checked
+    });
+    let with_start = in_planes.iter().filter(|motion| motion.start != motion.end && motion.start.is_some());
+    assert_eq!(checked[0] - checked[1], with_start.count() as u64);
+}
+
+/// The first section of the program in a plane, for a tool that is shorter by a hundredth of an inch.
+#[test]
+fn a_plane_of_the_dmc_program_is_written_for_a_shorter_tool() {
+    let Some(text) = program("5axis/nx_dmc100_heidenhain_m128.h") else { return };
+    let text = String::from_utf8(text).unwrap();
+    let section: Vec<&str> = text.lines().skip(204).take(44).collect();
+    assert!(section[0].contains("TOOL CALL 0 Z") && section[1].contains("PLANE SPATIAL"), "{}", section[0]);
+    let source = format!("0 BEGIN PGM P INCH\n{}\n9 END PGM P INCH\n", section.join("\n").replace('\r', ""));
+    let ball = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap();
+    let parameters = WearParameters {
+        shorter_by: Length::from_mm(0.254),
+        ..WearParameters::new(ball, WornCutter::Tool(ball), at_zero())
+    };
+    let mut output = Vec::new();
+    let go_on = || ControlFlow::Continue(());
+    let report =
+        compensate_wear(&tables_with_planes(), &parameters, &source.as_bytes().to_vec(), &mut output, &go_on);
+    let report = report.unwrap();
+    let output = String::from_utf8(output).unwrap();
+    let written: Vec<&str> = output.lines().filter(|line| !line.contains("trunnion")).collect();
+    assert_eq!(written.len(), source.lines().count(), "{output}");
+    let mut changed = 0;
+    for (before, after) in source.lines().zip(written) {
+        for (before, after) in before.split(' ').zip(after.split(' ')) {
+            let number = |word: &str| word.strip_prefix("Z+").and_then(|number| number.parse::<f64>().ok());
+            match number(before).zip(number(after)) {
+                Some((before, after)) => assert!((before - 0.01 - after).abs() < 1e-9, "{before} {after}"),
+                None => assert_eq!(before, after, "{output}"),
+            }
+            changed += u64::from(number(before).is_some());
+        }
+    }
+    assert!(changed > 8 && report.blocks_changed == changed, "{changed}");
 }
 
 #[test]

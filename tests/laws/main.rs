@@ -28,6 +28,7 @@ mod one_pass;
 mod other_controls;
 mod path;
 mod planes;
+mod planes_recalibrated;
 mod planes_written;
 mod post;
 mod post_arcs;

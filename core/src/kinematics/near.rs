@@ -53,6 +53,13 @@ impl Kinematics {
         Ok(NearWords { words_deg, axis_residual_rad, held })
     }
 
+    /// Whether the axis next to the workpiece does not change the direction of a tool that points along `axis` in W.
+    #[must_use]
+    pub fn leaves_first_free(&self, axis: Vec3) -> bool {
+        let pose = ToolPose { tip_mm: Vec3::zeros(), axis };
+        self.solution(0, &pose).is_ok_and(|solution| solution.at_pole)
+    }
+
     /// The difference of the word of the axis next to the workpiece between two sets of words in the profile's
     /// order \[deg\]. [`Kinematics::words_near`] holds it inside the pole cone.
     #[must_use]

@@ -85,7 +85,8 @@ pub struct Motion {
     /// The end of the linear axes \[mm\]. It is also known if a vector states the tool axis, so that the rotary axes
     /// are not known.
     pub linear_end_mm: Option<[f64; 3]>,
-    /// The tool axis at the end, as written (not normalised), if the program states it as a vector.
+    /// The tool axis at the end, as written (not normalised), if the program states it as a vector. Also the normal of
+    /// the plane, for a turn to it.
     pub tool_axis: Option<[f64; 3]>,
     /// X Y Z \[mm\] and the tool axis at the start, if a vector stated the axis before.
     pub vector_start: Option<([f64; 3], [f64; 3])>,

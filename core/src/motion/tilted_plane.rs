@@ -114,14 +114,16 @@ impl Interpreter {
         self.modal.tilt.is_some_and(|plane| matches!(plane.standing, Standing::On(_)))
     }
 
-    /// Gives the motions of a block that has turned the rotary axes to known words this reason, if the block has no
-    /// `reason` of its own. They then need not be known better.
+    /// Tells the motions of a block that has turned the rotary axes to known words, if the block has no `reason` of its
+    /// own against being followed.
     pub(super) fn note_turn(&self, reason: Option<Unfollowable>, motions: &mut [Motion]) {
         let understood = [Unfollowable::TiltedPlane, Unfollowable::Transformation].map(Some);
-        if reason.is_none() && self.stands_on_plane() {
-            for motion in motions.iter_mut().filter(|motion| understood.contains(&motion.unfollowable)) {
-                motion.unfollowable = Some(Unfollowable::TurnToPlane);
-            }
+        let Some(plane) = self.modal.tilt.filter(|_| reason.is_none() && self.stands_on_plane()) else {
+            return;
+        };
+        for motion in motions.iter_mut().filter(|motion| understood.contains(&motion.unfollowable)) {
+            motion.unfollowable = Some(Unfollowable::TurnToPlane);
+            motion.tool_axis = Some(plane.frame.normal());
         }
     }
 

@@ -10,12 +10,12 @@ use super::written::Resolution;
 use crate::contact::{Sampled, Station};
 use crate::geometry::{Vec3, angle_between};
 use crate::machine::Machine;
-use crate::motion::{Motion, MotionKind};
+use crate::motion::{AxisWords, Motion, MotionKind, Unfollowable};
 
-use crate::process::fault::Fault;
+use crate::process::fault::{Fault, LineFaultKind, LineFaults};
 use crate::process::pipeline::{
     ARITHMETIC_MM, BeforeAfter, DeviationTotals, ErrorShares, Expected, KeptMotion, LINEAR_ROUNDING,
-    MotionChange, MotionError, ReadBack, StepCheck, failed,
+    MotionChange, MotionError, ReadBack, SAME_READ_BACK, StepCheck, failed,
 };
 use crate::process::set_up::{SetUps, Stop};
 use crate::process::text::Stretch;
@@ -150,6 +150,11 @@ impl ComparedEnds<'_> {
 
     fn check(&mut self, read: &Motion, next: &ExpectedEnd, change: &mut MotionChange) -> Result<(), Fault> {
         let line = next.motion.line;
+        if self.recalibrates && turns_otherwise(read, &next.motion) {
+            let mut faults = LineFaults::default();
+            faults.add(line, &[], LineFaultKind::NotMovable(Unfollowable::PlaneSolution));
+            return Err(Fault::Lines(faults));
+        }
         KeptMotion::of(&next.motion).check(read)?;
         let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
         if read.tool_axis != next.motion.tool_axis {
@@ -243,6 +248,19 @@ impl ComparedEnds<'_> {
         }
         change.error = MotionError { before, after, axis_before_rad, axis_after_rad: axis_left_rad };
     }
+}
+
+/// Whether the control does not turn the rotary axes to a plane as planned. From changed rotary words another of their
+/// positions may be the nearer one.
+fn turns_otherwise(read: &Motion, planned: &Motion) -> bool {
+    let turns = planned.unfollowable == Some(Unfollowable::TurnToPlane);
+    let near = |read: AxisWords, planned: AxisWords| {
+        let mut pairs = read.rotary_deg.iter().zip(planned.rotary_deg);
+        pairs.all(|(read, planned)| (read - planned).abs() <= SAME_READ_BACK)
+    };
+    let same_end = read.end.zip(planned.end).is_none_or(|(read, planned)| near(read, planned));
+    (turns || planned.frame.is_some())
+        && (read.unfollowable != planned.unfollowable || read.frame != planned.frame || !same_end)
 }
 
 /// The distance at one place, and its component along the normal.

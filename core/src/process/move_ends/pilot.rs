@@ -165,7 +165,7 @@ impl Pilot<'_> {
         if stated.is_none() && rests(motion) {
             return Ok(EndChoice::Move { goal: Goal::Words(axes.standing(motion, &end)), point: None });
         }
-        let near = self.near(motion, &pose, &end)?;
+        let near = self.near(motion, &pose, &end, axes)?;
         if motion.kind == MotionKind::Arc {
             return self.arc(motion, &end, [pose, real], near, stated, axes, resolutions);
         }
@@ -222,10 +222,14 @@ impl Pilot<'_> {
         motion: &Motion,
         pose: &ToolPose,
         end: &AxisWords,
+        axes: &Axes,
     ) -> Result<NearWords, LineFaultKind> {
-        let as_they_are = NearWords { words_deg: end.rotary_deg, axis_residual_rad: 0.0, held: false };
-        // A vector states the axis direction in W, on any machine. In a tilted plane the rotary axes have no words.
-        if !self.moves.recalibrates || motion.tool_axis.is_some() || motion.frame.is_some() {
+        // In a tilted plane the rotary axes have no words, and stand where the control has turned them.
+        let standing = motion.frame.map(|_| axes.rotary.standing(&end.rotary_deg));
+        let words_deg = standing.unwrap_or(end.rotary_deg);
+        let as_they_are = NearWords { words_deg, axis_residual_rad: 0.0, held: false };
+        // A vector states the axis direction in W, on any machine.
+        if !self.moves.recalibrates || motion.tool_axis.is_some() || standing.is_some() {
             return Ok(as_they_are);
         }
         let near = self.written.now.kinematics.words_near(pose.axis, end.rotary_deg, self.held_deg).map_err(

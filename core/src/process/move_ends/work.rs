@@ -168,9 +168,8 @@ impl<'a> EndsWork<'a> {
                 return Err(Fault::Cancelled);
             }
             self.scan(batch, motion.block as usize);
-            if motion.frame.is_some() {
-                // The control has turned the rotary axes, in both programs.
-                self.axes.rotary.meet();
+            if let Some(frame) = motion.frame {
+                self.turn_to_plane(frame.normal());
             }
             let resolutions = self.resolutions(motion);
             let choice = self.pilot.decide(motions, index, following, &self.axes, resolutions);
@@ -260,13 +259,29 @@ impl<'a> EndsWork<'a> {
         match motion.unfollowable {
             Some(Unfollowable::Reference) => self.axes.meet(&stated),
             Some(Unfollowable::MachineCoordinates) => self.axes.meet_in_machine(batch, motion),
-            Some(Unfollowable::TurnToPlane) => self.axes.rotary.meet(),
+            Some(Unfollowable::TurnToPlane) => {
+                motion.tool_axis.into_iter().for_each(|normal| self.turn_to_plane(normal));
+            }
             _ => self.axes.leave(&stated, motion.incremental),
         }
         let end = motion.end.map(|words| self.axes.standing(motion, &words));
         self.foresee(motion, [start, end], motion.contact, None, None, out);
         self.blocks_changed += u64::from(self.rewriter.leave(passage, motion, out)?);
         Ok(())
+    }
+
+    /// The control has turned the rotary axes across a plane with this normal, in both programs. An axis that does not
+    /// change the direction of the tool has stayed.
+    fn turn_to_plane(&mut self, normal: [f64; 3]) {
+        if !self.axes.rotary.is_off() {
+            return;
+        }
+        let kinematics = &self.pilot.points.source.now.kinematics;
+        let [next_to_workpiece, next_to_tool] = kinematics.workpiece_to_tool();
+        self.axes.rotary.meet(next_to_tool);
+        if !kinematics.leaves_first_free(Vec3::from(normal)) {
+            self.axes.rotary.meet(next_to_workpiece);
+        }
     }
 
     /// Writes a block with its moved end.

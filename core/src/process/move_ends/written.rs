@@ -94,9 +94,11 @@ impl<const N: usize> Written<N> {
         placed
     }
 
-    /// The coordinates are at the same place in both programs, wherever that is.
-    pub(super) fn meet(&mut self) {
-        (self.offset, self.last) = ([0.0; N], [None; N]);
+    /// The coordinate of this index is at the same place in both programs, wherever that is.
+    pub(super) fn meet(&mut self, index: usize) {
+        if let (Some(offset), Some(last)) = (self.offset.get_mut(index), self.last.get_mut(index)) {
+            (*offset, *last) = (0.0, None);
+        }
     }
 
     /// Takes a block that is left unchanged and whose start and end are not known. Its absolute words then hold in
