@@ -118,12 +118,12 @@ fn the_planes_of_the_dmc_program_are_followed_and_need_no_correction() {
     let (motions, _) = follow(&text, &machine);
     let in_planes: Vec<_> =
         motions.iter().filter(|motion| motion.frame.is_some() && motion.kind == MotionKind::Linear).collect();
-    // Both of its planes at 90 degrees have the feed along X Y Z of the plane.
-    assert!(in_planes.len() > 60, "{}", in_planes.len());
+    // Two planes at right angles, and one that only names the workpiece.
+    assert!(in_planes.len() > 100, "{}", in_planes.len());
     assert!(in_planes.iter().all(|motion| motion.unfollowable.is_none() && motion.end.is_some()));
     let axes: Vec<_> =
         in_planes.iter().filter_map(|motion| motion.end).map(|end| end.rotary_deg[0]).collect();
-    assert!(axes.iter().all(|b| (b + 90.0).abs() < 1e-9), "{axes:?}");
+    assert!(axes.iter().all(|b| (b + 90.0).abs() < 1e-9 || b.abs() < 1e-9), "{axes:?}");
     let checked = [&machine, &tables([RotaryLetter::B, RotaryLetter::C], false)].map(|machine| {
         let radius = Length::from_mm(5.0);
         let parameters = CcParameters::new(Tool::new(radius, radius).unwrap(), at_zero());
@@ -147,7 +147,7 @@ fn the_planes_of_the_dmc_program_are_followed_and_need_no_correction() {
 fn a_plane_of_the_dmc_program_is_written_for_a_shorter_tool() {
     let Some(text) = program("5axis/nx_dmc100_heidenhain_m128.h") else { return };
     let text = String::from_utf8(text).unwrap();
-    let section: Vec<&str> = text.lines().skip(204).take(44).collect();
+    let section: Vec<&str> = text.lines().skip(203).take(44).collect();
     assert!(section[0].contains("TOOL CALL 0 Z") && section[1].contains("PLANE SPATIAL"), "{}", section[0]);
     let source = format!("0 BEGIN PGM P INCH\n{}\n9 END PGM P INCH\n", section.join("\n").replace('\r', ""));
     let ball = Tool::new(Length::from_mm(5.0), Length::from_mm(5.0)).unwrap();
