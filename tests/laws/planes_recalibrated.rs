@@ -87,7 +87,7 @@ fn a_plane_to_which_the_control_turns_otherwise_is_refused() {
     for a in ["0.00001", "-0.00001"] {
         match posted(tilted, &program(a)) {
             Ok((output, ..)) => {
-                assert!(output.contains("G0 X1.0000 Y2.0000 Z30.0000\nG1 Z3.0000 F400\n"), "{output}")
+                assert!(output.contains("G0 X1.0000 Y2.0000 Z30.0000\nG1 Z3.0000 F400\n"), "{output}");
             }
             Err(Fault::Lines(faults)) => {
                 let first = &faults.kept[0];

@@ -178,7 +178,7 @@ impl Interpreter {
             Some(Action::Elsewhere) => {
                 self.set_feed();
                 // G53.1, G53.3 and G53.6 turn the tool onto the tilted plane.
-                let tilted = self.obstacle() == Some(Unfollowable::TiltedPlane);
+                let tilted = self.obstacle() == Some(Unfollowable::TiltedPlane) && !self.stands_on_plane();
                 let reason = if tilted { Unfollowable::TiltedPlane } else { Unfollowable::Reference };
                 self.opaque(index, block, reason, motions);
                 self.position.forget_axes();

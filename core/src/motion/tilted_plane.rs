@@ -110,7 +110,7 @@ impl Interpreter {
     }
 
     /// Whether the control has turned the rotary axes to known words on the plane.
-    fn stands_on_plane(&self) -> bool {
+    pub(super) fn stands_on_plane(&self) -> bool {
         self.modal.tilt.is_some_and(|plane| matches!(plane.standing, Standing::On(_)))
     }
 
