@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use trunnion::contact::PartSurface;
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, PRESETS, PlaneRule, PlaneSolution, Preset, RotaryLetter};
-use trunnion::motion::Unfollowable;
+use trunnion::motion::{Interpolation, Unfollowable};
 use trunnion::process::{
     CcParameters, CcReport, CcStep, CompensationParameters, ContactSource, Fault, LengthInControl, LineFault,
     LineFaultKind, NotModelledKind, ProgramSetup, WarningKind, WearParameters, WearStep, WornCutter,
@@ -416,7 +416,7 @@ fn location_errors_alone_leave_the_motions_of_a_plane_and_tell_the_axis() {
         let off = angle(real_axis(&plane), plane.normal());
         assert!((location.max_axis_left.rad() - off).abs() < 1e-9 && off > 1e-5, "{location:?}");
         assert!((location.max_axis.rad() - off).abs() < 1e-9);
-        assert_eq!(location.motions_posted, 6);
+        assert_eq!((location.motions_posted, report.interpolation), (6, Interpolation::Machine));
         let not_modelled = report.budget.not_modelled;
         assert!(not_modelled.iter().any(|entry| entry.kind == NotModelledKind::ControlCalibration));
     }

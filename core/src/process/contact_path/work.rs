@@ -154,7 +154,8 @@ impl<'a> PathWork<'a> {
     ) -> Result<bool, Fault> {
         let Passage { batch, motions, .. } = passage.1;
         while let Some(motion) = motions.get(self.at.motion) {
-            if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) {
+            // Motions in a tilted plane say nothing of the words outside it.
+            if matches!(motion.kind, MotionKind::Linear | MotionKind::Arc) && motion.frame.is_none() {
                 self.uses_tcp |= self.judge.mode(motion) == Interpolation::Tcp;
             }
             let glanced = self.judge.glance(passage.1, self.at.motion, self.largest_after_mm);

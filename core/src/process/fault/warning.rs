@@ -211,7 +211,7 @@ impl WarningKind {
                 "the tool is nearly parallel to the rotary axis next to the workpiece: that axis keeps its last correction, the other axis gets its best fit, and the tip stays exact"
             }
             Self::ControlCalibrated => {
-                "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are positions on the workpiece, so only rotary words were computed again"
+                "under tool-centre-point control the control itself has to know the calibrated axes; X Y Z are positions on the workpiece, so only rotary words were computed again. The same holds in a tilted plane, which has no rotary words"
             }
             Self::ToolUnknown => {
                 "the tool that cuts here is not known, while others are known. The motion is left unchanged. Put the tool into the machine's tool table (the report names it under resolved.tools)"

@@ -40,6 +40,8 @@ pub(super) struct EndsWork<'a> {
     /// The number of blocks that were searched for codes that matter.
     scanned: usize,
     uses_tcp: bool,
+    /// A motion at feed is in a tilted plane.
+    uses_plane: bool,
     blocks_changed: u64,
     contacts_kept: u64,
     contacts_assumed: u64,
@@ -139,6 +141,7 @@ impl<'a> EndsWork<'a> {
             faults: LineFaults::default(),
             scanned: 0,
             uses_tcp: false,
+            uses_plane: false,
             blocks_changed: 0,
             contacts_kept: 0,
             contacts_assumed: 0,
@@ -375,8 +378,11 @@ impl<'a> EndsWork<'a> {
 
     fn count(&mut self, motion: &Motion, point: Option<&MovedPoint>) {
         self.motions_followed += 1;
-        let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
-        self.uses_tcp |= is_tcp && motion.kind != MotionKind::Rapid;
+        if motion.kind != MotionKind::Rapid {
+            let is_tcp = self.pilot.points.mode(motion) == Interpolation::Tcp;
+            self.uses_plane |= motion.frame.is_some();
+            self.uses_tcp |= is_tcp && motion.frame.is_none();
+        }
         self.motions_shifted += u64::from(self.axes.is_off());
         let Some(point) = point else { return };
         let shift_mm = point.contact.shift_mm.norm();
@@ -447,7 +453,7 @@ impl<'a> EndsWork<'a> {
         if moves.has_wear && self.pilot.assumption.open > 0 {
             warnings.add(WarningKind::ContactOpen, None).count = self.pilot.assumption.open;
         }
-        if moves.recalibrates && self.uses_tcp {
+        if moves.recalibrates && (self.uses_tcp || self.uses_plane) {
             warnings.add(WarningKind::ControlCalibrated, None);
         }
         self.recalibration.warn(warnings);

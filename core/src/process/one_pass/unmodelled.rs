@@ -76,7 +76,7 @@ impl Unmodelled {
             (Kind::Interpolation, cc.is_none()),
             (Kind::Drives, parameters.servo.is_none()),
             (Kind::ServoRefused, parameters.servo.is_some() && lags.is_none()),
-            (Kind::ControlCalibration, uses_tcp(moving, cc)),
+            (Kind::ControlCalibration, uses_tip_of_control(moving, cc)),
         ];
         let mut list: Vec<NotModelled> = always
             .into_iter()
@@ -119,7 +119,11 @@ impl Unmodelled {
     }
 }
 
-fn uses_tcp(moving: Option<&WearReport>, cc: Option<&CcReport>) -> bool {
-    moving.is_some_and(|report| report.interpolation == Interpolation::Tcp)
+/// Whether the control itself places the tip: under tool-centre-point control, or in a tilted plane with location errors.
+fn uses_tip_of_control(moving: Option<&WearReport>, cc: Option<&CcReport>) -> bool {
+    let is_warned = |report: &WearReport| {
+        report.warnings.iter().any(|warning| warning.kind == WarningKind::ControlCalibrated)
+    };
+    moving.is_some_and(|report| report.interpolation == Interpolation::Tcp || is_warned(report))
         || cc.is_some_and(|report| report.interpolation == Interpolation::Tcp)
 }
