@@ -28,7 +28,7 @@ pub struct MachineProfile {
     #[serde(default = "default_period_s")]
     #[schema(default = 0.002, minimum = 0.00001, maximum = 1.0)]
     pub interpolation_period_s: f64,
-    /// Unit of the lengths in this machine's programs, if neither the text nor the request states it.
+    /// Unit of programs that state none, if the request states none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program_unit: Option<ProgramUnit>,
     /// G codes in force when a program begins.
@@ -46,12 +46,15 @@ pub struct MachineProfile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 1.0, minimum = 0.01, maximum = 1000)]
     pub block_time_ms: Option<f64>,
-    /// Which of the two solutions of a tilted plane the control takes.
+    /// Which solution of a tilted plane the control takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane_solution: Option<PlaneSolution>,
     /// Where machine coordinates (G53, SUPA, M91) and reference positions (G28, G30) are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub machine_coordinates: Option<MachineCoordinates>,
+    /// Programs run as in RS274/NGC.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rs274_control: Option<bool>,
     /// The builder's serial number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "1138-5519", min_length = 1, max_length = 200)]
@@ -227,8 +230,13 @@ impl MachineProfile {
         let solution = self.plane_solution.as_ref().map(solution_of);
         let axes = letters.iter().map(|letter| letter.as_char()).collect::<Vec<_>>();
         let coordinates = self.machine_coordinates.as_ref().map(|stated| stated.to_core(&axes));
-        let machine = machine
-            .map(|machine| machine.with_plane_solution(solution).with_machine_coordinates(coordinates));
+        let has_rs274_control = self.rs274_control == Some(true);
+        let machine = machine.map(|machine| {
+            machine
+                .with_plane_solution(solution)
+                .with_machine_coordinates(coordinates)
+                .with_rs274_control(has_rs274_control)
+        });
         machine.map(|machine| (self, machine)).ok_or_else(Vec::new)
     }
 
@@ -326,6 +334,7 @@ impl From<&MachineParts> for MachineProfile {
             block_time_ms: None,
             plane_solution: None,
             machine_coordinates: None,
+            rs274_control: None,
             serial_number: None,
             asset_id: None,
             calibration_due_days: None,

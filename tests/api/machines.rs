@@ -326,6 +326,7 @@ fn with_programs() -> Value {
             "machine_coordinates",
             json!({"zero_mm": [0, 0, 640], "tool_length_counts": false, "reference_positions": [{"A": -90, "X": 12.5}]}),
         ),
+        ("rs274_control", json!(true)),
         ("serial_number", json!("1138-5519")),
         ("asset_id", json!("EQ 4711 Ä")),
         ("calibration_due_days", json!(0.5)),
@@ -336,7 +337,7 @@ fn with_programs() -> Value {
     profile
 }
 
-const OF_PROGRAMS: [&str; 11] = [
+const OF_PROGRAMS: [&str; 12] = [
     "program_unit",
     "start_codes",
     "work_offsets_mm",
@@ -344,6 +345,7 @@ const OF_PROGRAMS: [&str; 11] = [
     "block_time_ms",
     "plane_solution",
     "machine_coordinates",
+    "rs274_control",
     "serial_number",
     "asset_id",
     "calibration_due_days",

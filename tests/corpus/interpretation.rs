@@ -6,10 +6,11 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::Arc;
 
 use trunnion::kinematics::{Kinematics, Setup};
-use trunnion::machine::{Machine, RotaryLetter};
-use trunnion::motion::StartModes;
+use trunnion::machine::{Machine, MachineCoordinates, RotaryLetter};
+use trunnion::motion::{OffsetCode, StartModes, WorkOffset, WorkOffsets};
 use trunnion::process::{
     Interpreted, InterpretedKind, InterpretedMotion, ProgramSetup, StartPosition, interpret_program,
 };
@@ -24,13 +25,45 @@ const PRINTED_MM: f64 = 0.5e-4 * 25.4 + 1e-9;
 /// Those of the reference for Sinumerik programs with three.
 const THREE_DECIMALS: f64 = 0.5e-3 + 1e-9;
 /// Motions of the reference interpreter of RS274/NGC, and how many of them are followed at least.
-const RS274: [usize; 2] = [1511, 1004];
+const RS274: [usize; 2] = [1511, 1191];
 /// The same of Sinumerik programs.
-const SINUMERIK: [usize; 2] = [476, 279];
+const SINUMERIK: [usize; 2] = [476, 303];
 
 /// X Y Z A B C after a motion [mm, deg], then X Y Z of an arc's centre [mm] and its sense: 1 counter-clockwise, −1
-/// clockwise, 0 of a line. Those that are not known, or that the program never names, are `None`.
-type Place = [Option<f64>; 10];
+/// clockwise, 0 of a line. X Y Z count along axes that are not turned. Then come X Y Z in machine coordinates [mm].
+/// Those that are not known, or that the program never names, are `None`.
+type Place = [Option<f64>; 13];
+
+/// The zeros of the reference's words: in machine coordinates, a shift along their axes [mm], and their turn about Z.
+#[derive(Default)]
+struct Zeros {
+    origin_mm: [f64; 3],
+    shift_mm: [f64; 3],
+    turn_rad: f64,
+}
+
+impl Zeros {
+    fn turned(&self, at_mm: [Option<f64>; 3]) -> [Option<f64>; 3] {
+        let [x, y, z] = at_mm;
+        let (sin, cos) = self.turn_rad.sin_cos();
+        let both = x.zip(y).filter(|_| self.turn_rad.abs() > 0.0);
+        both.map_or(at_mm, |(x, y)| [Some(x * cos - y * sin), Some(x * sin + y * cos), z])
+    }
+
+    /// Completes a place of the reference, which counts in turned axes.
+    fn complete(&self, mut place: Place) -> Place {
+        let words = [place[0], place[1], place[2]];
+        let shifted = std::array::from_fn(|k| words[k].map(|word| word + self.shift_mm[k]));
+        let machine = self.turned(shifted);
+        place[..3].copy_from_slice(&self.turned(words));
+        place[10..].copy_from_slice(&[0, 1, 2].map(|k: usize| machine[k].map(|at| at + self.origin_mm[k])));
+        let centre = [place[6], place[7], place[8]];
+        if self.turn_rad.abs() > 0.0 {
+            place[6..9].copy_from_slice(&self.turned(centre));
+        }
+        place
+    }
+}
 
 const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
@@ -45,7 +78,19 @@ fn followed(
     let start_modes = StartModes::from_codes(start_codes).unwrap();
     let start =
         StartPosition { linear_mm: [Some(0.0), Some(start_y_mm), Some(0.0)], rotary_deg: [Some(0.0); 2] };
-    let program = ProgramSetup { unit: Some(unit), start, start_modes, ..in_mm(&Setup::default()) };
+    let named = |number: u16| (WorkOffset::Code(OffsetCode::new(number, 0)), [0.0; 3]);
+    let work_offsets = WorkOffsets {
+        only_mm: Some([0.0; 3]),
+        named_mm: (54..=59).map(named).collect(),
+        ..WorkOffsets::default()
+    };
+    let program = ProgramSetup {
+        unit: Some(unit),
+        start,
+        start_modes,
+        work_offsets: Arc::new(work_offsets),
+        ..in_mm(&Setup::default())
+    };
     let mut motions = Vec::new();
     let mut take = |told: &Interpreted| {
         if let Interpreted::Motion(motion) = told {
@@ -60,12 +105,16 @@ fn followed(
 }
 
 fn place(machine: &Machine, motion: &InterpretedMotion) -> Place {
-    let mut place = [None; 10];
+    let mut place = [None; 13];
     let letters = machine.rotary_axes().each_ref().map(|axis| axis.letter.as_char());
     place[..3].copy_from_slice(&motion.joints[..3]);
     for (letter, word) in letters.into_iter().zip(&motion.joints[3..]) {
         let at = LETTERS.iter().position(|known| *known == letter).unwrap();
         place[at] = *word;
+    }
+    let at_rest = motion.joints[3..].iter().all(|word| *word == Some(0.0));
+    if let Some(tip_mm) = motion.tip_mm.filter(|_| at_rest) {
+        place[10..].copy_from_slice(&tip_mm.map(Some));
     }
     place[9] = (motion.kind != InterpretedKind::Arc).then_some(0.0);
     if let Some((arc, tip_mm)) = motion.arc.zip(motion.tip_mm) {
@@ -102,6 +151,7 @@ fn canonical(expected: &str) -> (LengthUnit, Vec<Place>) {
     let mut places = Vec::new();
     let (mut scale, mut first) = (1.0, None);
     let mut plane = [0, 1, 2];
+    let mut zeros = Zeros::default();
     for line in expected.lines() {
         let Some((head, rest)) = line.split_once('(') else { continue };
         let name = head.split_whitespace().last().unwrap_or_default();
@@ -114,16 +164,21 @@ fn canonical(expected: &str) -> (LengthUnit, Vec<Place>) {
                 scale = unit.mm();
                 first = first.or(Some(unit));
             }
+            // The first number is that of the offset.
+            "SET_G5X_OFFSET" => zeros.origin_mm = [1, 2, 3].map(|k: usize| numbers[k] * scale),
+            "SET_G92_OFFSET" => zeros.shift_mm = [0, 1, 2].map(|k: usize| numbers[k] * scale),
+            "SET_XY_ROTATION" => zeros.turn_rad = numbers[0].to_radians(),
             "SELECT_PLANE" if arguments.contains("XZ") => plane = [2, 0, 1],
             "SELECT_PLANE" if arguments.contains("YZ") => plane = [1, 2, 0],
             "SELECT_PLANE" => plane = [0, 1, 2],
             "STRAIGHT_FEED" | "STRAIGHT_TRAVERSE" => {
                 let [x, y, z] = [0, 1, 2].map(|k: usize| Some(numbers[k] * scale));
                 let [a, b, c] = [3, 4, 5].map(|k: usize| Some(numbers[k]));
-                places.push([x, y, z, a, b, c, None, None, None, Some(0.0)]);
+                let place = [x, y, z, a, b, c, None, None, None, Some(0.0), None, None, None];
+                places.push(zeros.complete(place));
             }
             "ARC_FEED" => {
-                let mut place = [None; 10];
+                let mut place = [None; 13];
                 for (axis, k) in plane.into_iter().zip([0, 1, 5]) {
                     place[axis] = Some(numbers[k] * scale);
                 }
@@ -132,7 +187,7 @@ fn canonical(expected: &str) -> (LengthUnit, Vec<Place>) {
                     place[6 + axis] = Some(numbers[k] * scale);
                 }
                 place[9] = Some(numbers[4].signum());
-                places.push(place);
+                places.push(zeros.complete(place));
             }
             _ => {}
         }
@@ -157,18 +212,29 @@ fn share(what: &str, [of_reference, least]: [usize; 2], total: usize, found: usi
     assert!(found >= least, "{what}: {found} of {total}");
 }
 
+/// The machine of the RS274/NGC programs, whose machine coordinates are those of M.
+fn rs274_machine() -> Machine {
+    let coordinates =
+        MachineCoordinates { zero_mm: [0.0; 3], length_counts: Some(false), references: Vec::new() };
+    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
+    machine.with_machine_coordinates(Some(coordinates)).with_rs274_control(true)
+}
+
 #[test]
 fn every_followed_motion_is_one_of_the_reference_interpreter_for_rs274() {
     let Some(folder) = shared_file("programs") else { return };
     let folder = folder.join("corpus/linuxcnc-interp");
-    let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
+    let machine = rs274_machine();
     let (mut total, mut found, mut refused) = (0, 0, 0);
     for program in every_file(&folder) {
         let name = program.strip_prefix(&folder).unwrap().to_str().unwrap().to_owned();
         if program.extension().is_none_or(|extension| extension != "ngc") || name.starts_with("bad/") {
             continue;
         }
-        let Some(expected) = expected_of(&program) else { continue };
+        // Some tests print only what the program itself prints.
+        let Some(expected) = expected_of(&program).filter(|text| text.contains("USE_LENGTH_UNITS")) else {
+            continue;
+        };
         let (unit, expected) = canonical(&expected);
         total += expected.len();
         match followed(&machine, &std::fs::read(&program).unwrap(), unit, ("", 0.0)) {
@@ -201,7 +267,7 @@ fn rows(table: &str) -> Vec<Place> {
             Some((column, axis))
         })
         .collect();
-    let mut last: Place = [None; 10];
+    let mut last: Place = [None; 13];
     let mut places = Vec::new();
     for record in reader.records() {
         let record = record.unwrap();
@@ -266,6 +332,32 @@ fn every_followed_motion_is_one_of_the_reference_for_sinumerik() {
         }
     }
     share("Sinumerik", SINUMERIK, total, found, refused);
+}
+
+/// After each of its motions, this program prints the place in machine coordinates: whatever its zeros are, it is in turn
+/// (0, 0, 0) and (1, 2, 3), first in inches, then in millimetres.
+#[test]
+fn motions_in_machine_coordinates_go_where_the_reference_says_whatever_the_zeros_are() {
+    let Some(folder) = shared_file("programs") else { return };
+    let program = folder.join("corpus/linuxcnc-interp/rotation/abs-pts/test.ngc");
+    let printed = expected_of(&program).unwrap();
+    let printed: Vec<[f64; 3]> = printed
+        .lines()
+        .map(|line| {
+            let (_, numbers) = line.split_once('"').unwrap();
+            let numbers = numbers.trim_end_matches(['"', ')']).split_whitespace();
+            numbers.map(|number| number.parse().unwrap()).collect::<Vec<f64>>().try_into().unwrap()
+        })
+        .collect();
+    let machine = rs274_machine();
+    let motions = followed(&machine, &std::fs::read(&program).unwrap(), LengthUnit::Inch, ("", 0.0)).unwrap();
+    assert_eq!((motions.len(), printed.len()), (28, 28));
+    for (index, (motion, printed)) in motions.iter().zip(&printed).enumerate() {
+        let scale = if index < 14 { LengthUnit::Inch.mm() } else { 1.0 };
+        let found = &place(&machine, motion)[10..];
+        let near = found.iter().zip(printed).all(|(found, at)| (found.unwrap() - at * scale).abs() < 1e-9);
+        assert!(near, "motion {index}: {found:?}, not {printed:?}");
+    }
 }
 
 #[test]

@@ -33,9 +33,20 @@ const FOLDERS: [(&str, &str); 6] = [
     ("corpus/gcode-rs", "samples of a parser"),
 ];
 
+/// The folder of programs for an RS274/NGC control. The profile of its machine states `rs274_control`.
+const RS274: &str = "corpus/linuxcnc-interp";
+
 /// Files that no control runs: results, notes, points, tests of mistakes and of spellings.
-const NO_PROGRAMS: [&str; 6] =
-    ["README", "expected", "test.tbl", "zhangty_simple_curve_waypoints.txt", "LICENSE", "gcws_macro7.nc"];
+const NO_PROGRAMS: [&str; 7] = [
+    "README",
+    "expected",
+    "test.tbl",
+    "zhangty_simple_curve_waypoints.txt",
+    "LICENSE",
+    "gcws_macro7.nc",
+    // A list of tokens: bare letters, operators and functions without numbers.
+    "gcode-rs/_samples.ngc",
+];
 
 /// How far a program is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,13 +107,20 @@ struct WithNeighbours<'a> {
     files: Vec<PathBuf>,
 }
 
+/// The folder of subprograms beside a program. The script of the test copies them to a name without this beginning.
+const SUBPROGRAMS: &str = "subs";
+const COPIED: &str = "orig-";
+
 /// More files than this are no set of programs that call each other.
 const MOST_NEIGHBOURS: usize = 20;
 
 impl<'a> WithNeighbours<'a> {
     fn of(path: &Path, text: &'a [u8]) -> Self {
         let is_small = |path: &Path| path.metadata().is_ok_and(|file| file.is_file() && file.len() < 100_000);
-        let entries = path.parent().unwrap().read_dir().unwrap().map(|entry| entry.unwrap().path());
+        let folder = path.parent().unwrap();
+        let entries_of =
+            |folder: &Path| folder.read_dir().into_iter().flatten().map(|entry| entry.unwrap().path());
+        let entries = entries_of(folder).chain(entries_of(&folder.join(SUBPROGRAMS)));
         let mut files: Vec<_> =
             entries.filter(|other| other != path && is_program(other) && is_small(other)).collect();
         files.sort();
@@ -120,7 +138,8 @@ impl ProgramSource for WithNeighbours<'_> {
 
     fn open_subprogram(&self, index: usize) -> io::Result<Option<OpenSubprogram<'_>>> {
         let Some(path) = self.files.get(index) else { return Ok(None) };
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let name = path.file_name().unwrap().to_str().unwrap();
+        let name = name.strip_prefix(COPIED).unwrap_or(name).to_owned();
         Ok(Some(OpenSubprogram { name, text: Box::new(std::fs::File::open(path)?) }))
     }
 }
@@ -146,13 +165,16 @@ fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
     };
     let machine = tables(letters(text), false)
         .with_plane_solution(Some(solution))
-        .with_machine_coordinates(Some(coordinates));
+        .with_machine_coordinates(Some(coordinates))
+        .with_rs274_control(path.to_string_lossy().contains(RS274));
     let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
     let start_modes = StartModes::from_codes(start_codes(&name)).unwrap();
     let program = ProgramSetup {
         start,
         start_modes,
         interpolation: stated(text),
+        // The points under `CUTCOM/` stand at the radius of the cutter beside the walls of the part.
+        cutcom_at_centre: true,
         work_offsets: Arc::new(WorkOffsets {
             only_mm: Some([0.0; 3]),
             named_mm: OFFSETS

@@ -554,4 +554,15 @@ fn plunges_in_turned_frames_run_along_the_tool() {
     }
     println!("{plunges} plunges run along the tool");
     assert!(plunges > 100, "{plunges}");
+    // Arcs of a face run across the tool.
+    let arcs = motions.iter().filter(|motion| motion.line >= turned_from && motion.arc.is_some());
+    let mut across = 0;
+    for motion in arcs {
+        let (normal, axis) = (motion.arc.unwrap().normal, motion.axis.unwrap());
+        let along = normal.iter().zip(axis).map(|(part, axis)| part * axis).sum::<f64>().abs();
+        assert!((along - 1.0).abs() < 1e-9, "line {}: {normal:?} and {axis:?}", motion.line);
+        across += 1;
+    }
+    println!("{across} arcs run across the tool");
+    assert!(across >= 306, "{across}");
 }

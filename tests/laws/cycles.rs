@@ -15,7 +15,10 @@ use trunnion::process::{Interpreted, InterpretedKind, ProgramSetup, StartPositio
 use trunnion::program::Dialect;
 
 fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
-    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    understood_on(&Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap(), dialect, text)
+}
+
+fn understood_on(machine: &Machine, dialect: Dialect, text: &str) -> Vec<Interpreted> {
     let program = ProgramSetup {
         dialect: Some(dialect),
         apply_errors: false,
@@ -27,13 +30,17 @@ fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
         Ok(())
     };
     let source = text.as_bytes().to_vec();
-    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
+    interpret_program(machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
     all
 }
 
 /// Kind, X Y Z and feed of every motion.
 fn motions(dialect: Dialect, text: &str) -> Vec<(InterpretedKind, [Option<f64>; 3], Option<f64>)> {
-    let told = understood(dialect, text).into_iter().map(|told| match told {
+    followed(understood(dialect, text), text)
+}
+
+fn followed(told: Vec<Interpreted>, text: &str) -> Vec<(InterpretedKind, [Option<f64>; 3], Option<f64>)> {
+    let told = told.into_iter().map(|told| match told {
         Interpreted::Motion(motion) => {
             let [x, y, z, ..] = motion.joints;
             (motion.kind, [x, y, z], motion.feed_mm_per_min)
@@ -78,6 +85,58 @@ fn a_cycle_makes_the_motions_of_its_hole_written_out() {
             motions(Dialect::Iso, &format!("{START}G0 {written_out}")),
             "{cycles}"
         );
+    }
+}
+
+/// Blocks with cycles of an RS274/NGC control, and the same holes written out.
+const OF_RS274: [(&str, &str); 6] = [
+    // Below the retract plane: first up to it, then above the hole.
+    ("G98 G81 X1 Z-5 R60 F100\nG0 X9\n", "Z60\nX1\nG1 Z-5 F100\nG0 Z60\nX9\n"),
+    (
+        "G99 G81 X1 Z-5 R60 F100\nX2 R70\nG0 X9\n",
+        "Z60\nX1\nG1 Z-5 F100\nG0 Z60\nZ70\nX2\nG1 Z-5\nG0 Z70\nX9\n",
+    ),
+    (
+        "G98 G91 G81 X1 Z-65 R10 L2 F100\nG90 G0 X9\n",
+        "Z60\nX1\nG1 Z-5 F100\nG0 Z60\nX2\nG1 Z-5\nG0 Z60\nX9\n",
+    ),
+    // Along the axis across the plane.
+    ("G18 G98 G81 X1 Z3 Y-5 R-2 F100\nG0 X9\n", "G18 X1 Z3\nY-2\nG1 Y-5 F100\nG0 Y0\nX9\n"),
+    ("G19 G99 G81 Y1 Z3 X-5 R-2 F100\nG0 Y9\n", "G19 Y1 Z3\nX-2\nG1 X-5 F100\nG0 X-2\nY9\n"),
+    ("G19 G98 G82 Y1 X-5 R2 P1 F100\nG0 Y9\n", "G19 X2\nY1\nG1 X-5 F100\nG0 X2\nY9\n"),
+];
+
+#[test]
+fn on_an_rs274_control_a_cycle_first_rises_and_runs_along_the_axis_of_its_plane() {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap().with_rs274_control(true);
+    for (cycles, written_out) in OF_RS274 {
+        let cycles = format!("{START}{cycles}");
+        assert_eq!(
+            followed(understood_on(&machine, Dialect::Iso, &cycles), &cycles),
+            motions(Dialect::Iso, &format!("{START}G0 {written_out}")),
+            "{cycles}"
+        );
+    }
+}
+
+#[test]
+fn cycles_that_rs274_controls_run_differently_are_left_alone() {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap().with_rs274_control(true);
+    // The level before the second cycle is not the one before the first.
+    for cycles in [
+        "G99 G81 X1 Z-5 R3 F100\nG98 X2\n",
+        "G98 G81 X1 Z-5 R60 F100\nX2 R55\n",
+        "G99 G81 X1 Z-5 R60 F100\nX2 R55\n",
+    ] {
+        let found = understood_on(&machine, Dialect::Iso, &format!("{START}{cycles}"));
+        let left: Vec<_> = found
+            .iter()
+            .filter_map(|told| match told {
+                Interpreted::LeftAlone { line, reason, .. } => Some((*line, *reason)),
+                Interpreted::Motion(_) => None,
+            })
+            .collect();
+        assert_eq!(left, [(3, Unfollowable::CannedCycle)], "{cycles}");
     }
 }
 

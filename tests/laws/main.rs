@@ -57,3 +57,4 @@ mod wear;
 mod wear_history;
 mod wear_program;
 mod written_out;
+mod zeros;

@@ -69,7 +69,7 @@ fn tips_in_a_turned_frame_are_where_the_frame_puts_them() {
 }
 
 #[test]
-fn a_turn_that_is_not_certain_and_an_arc_in_a_turned_frame_are_left_alone() {
+fn a_turn_that_is_not_certain_is_left_alone() {
     for text in [
         // The order of several turns depends on a setting. RPL turns in the plane. An angle is not known.
         "AROT X10 Z20\nG0 X1 Y2 Z3\n",
@@ -83,8 +83,43 @@ fn a_turn_that_is_not_certain_and_an_arc_in_a_turned_frame_are_left_alone() {
         let is_left = matches!(last, Interpreted::LeftAlone { reason: Unfollowable::Transformation, .. });
         assert!(is_left, "{text}: {last:?}");
     }
-    let found = understood(&format!("{START}AROT Z90\nG0 X0 Y0 Z0\nG2 X2 Y0 I1 J0 F100\nG1 X5\nM30\n"));
-    assert!(matches!(found[2], Interpreted::LeftAlone { reason: Unfollowable::Transformation, .. }));
-    let Interpreted::Motion(after) = found[3] else { panic!("{found:?}") };
-    assert_eq!(after.tip_mm, Some([0.0, 5.0, 0.0]));
+}
+
+#[test]
+fn an_arc_in_a_turned_frame_is_the_arc_of_its_places_in_the_work_offset() {
+    // The frame, the arc, and in W its centre, the axis about which it runs counter-clockwise, its middle and its end.
+    let arcs = [
+        (
+            "AROT Z90\n",
+            "G2 X2 Y0 I1 J0",
+            [0.0, 1.0, 0.0],
+            [0.0, 0.0, -1.0],
+            [-1.0, 1.0, 0.0],
+            [0.0, 2.0, 0.0],
+        ),
+        ("AROT X-90\n", "G3 X2 Y0 CR=1", [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 1.0], [2.0, 0.0, 0.0]),
+        (
+            "TRANS X5\nAROT X-90\n",
+            "G18 G2 X2 Z0 I=AC(1) K=AC(0)",
+            [6.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [6.0, -1.0, 0.0],
+            [7.0, 0.0, 0.0],
+        ),
+    ];
+    for (frame, arc, centre, normal, middle, end) in arcs {
+        let found = understood(&format!("{START}{frame}G0 X0 Y0 Z0\n{arc} F100\nG1 X5\nM30\n"));
+        let Interpreted::Motion(motion) = found[2] else { panic!("{frame}{arc}: {found:?}") };
+        let course = motion.arc.unwrap();
+        let half = motion.until(0.5).unwrap();
+        let words: Vec<f64> = half.joints[..3].iter().map(|word| word.unwrap()).collect();
+        let offset = if frame.starts_with("TRANS") { 5.0 } else { 0.0 };
+        let by_words = [words[0] + offset, words[1], words[2]];
+        let places =
+            [course.centre_mm, course.normal, half.tip_mm.unwrap(), by_words, motion.tip_mm.unwrap()];
+        for (place, expected) in places.iter().zip([centre, normal, middle, middle, end]) {
+            let near = place.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+            assert!(near, "{frame}{arc}: {place:?}, not {expected:?}");
+        }
+    }
 }

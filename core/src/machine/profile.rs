@@ -32,6 +32,7 @@ pub struct Machine {
     interpolation_period_s: f64,
     plane_solution: Option<PlaneSolution>,
     coordinates: Option<MachineCoordinates>,
+    has_rs274_control: bool,
 }
 
 impl Machine {
@@ -97,6 +98,7 @@ impl Machine {
             interpolation_period_s: parts.interpolation_period_s,
             plane_solution: None,
             coordinates: None,
+            has_rs274_control: false,
         };
         machine.check_pointing(&mut faults);
         if faults.is_empty() { Ok(machine) } else { Err(faults) }
@@ -118,6 +120,18 @@ impl Machine {
     #[must_use]
     pub fn with_machine_coordinates(self, coordinates: Option<MachineCoordinates>) -> Self {
         Self { coordinates, ..self }
+    }
+
+    /// The same machine, whose control is known to run programs as RS274/NGC does, or is not.
+    #[must_use]
+    pub fn with_rs274_control(self, has_rs274_control: bool) -> Self {
+        Self { has_rs274_control, ..self }
+    }
+
+    /// Whether the control is known to run programs as RS274/NGC does, where controls differ.
+    #[must_use]
+    pub fn has_rs274_control(&self) -> bool {
+        self.has_rs274_control
     }
 
     /// Where the control's machine coordinates count from; `None` if this is not stated.

@@ -1,7 +1,8 @@
 //! Canned cycles that drill along the axis of the plane, as the motions that they are: to the place, to the retract
 //! plane, down, and back up.
 //!
-//! A cycle is followed only if every control makes these motions of it. Chip breaking and pecking are one stroke: the
+//! A cycle is followed only if every control makes these motions of it, or if the machine's profile says that its
+//! control runs programs as RS274/NGC does. Chip breaking and pecking are one stroke: the
 //! retracts in between depend on parameters of the control. Dwells are no motions.
 
 use super::block_words::AXES;
@@ -19,6 +20,8 @@ struct Levels {
     plane_mm: f64,
     depth_mm: f64,
     end_mm: f64,
+    /// The cycle begins below the retract plane, and first goes up to it.
+    rises: bool,
 }
 
 /// The most repetitions of a cycle.
@@ -64,8 +67,9 @@ impl Interpreter {
         let levels = self.levels(plane);
         // In G18 and G19 some controls drill along Z all the same.
         let is_followed = reason.is_none()
-            && plane == ACROSS_G17
-            && (self.obstacle().is_none() || self.plane_in_force().is_some())
+            && (plane == ACROSS_G17 || self.is_rs274)
+            && (self.obstacle().is_none() || (plane == ACROSS_G17 && self.plane_in_force().is_some()))
+            && !self.places_gauge_point()
             && self.cycle_words_are_known();
         let times = self.times().filter(|times| is_followed && self.may_repeat(times - 1));
         let (Some(levels), Some(times)) = (levels, times) else {
@@ -78,6 +82,9 @@ impl Interpreter {
             self.opaque(index, block, Unfollowable::CannedCycle, motions);
         }
         self.further_strokes += times - 1;
+        if let (true, Some(place_mm)) = (levels.rises && is_seen, self.position.linear_mm()) {
+            self.go(index, block, MotionKind::Rapid, at_level(place_mm, plane, levels.plane_mm), motions);
+        }
         for _ in 0..times {
             match self.next_place(plane).filter(|_| is_seen) {
                 Some(place_mm) => self.drill(index, block, plane, place_mm, levels, motions),
@@ -155,19 +162,29 @@ impl Interpreter {
         let plane_mm = if incremental { start_mm + plane_value } else { plane_value };
         let depth_mm = if incremental { plane_mm + depth } else { depth };
         let initial_mm = cycle.initial_mm?;
+        let is_same = |a_mm: f64, b_mm: f64| (a_mm - b_mm).abs() <= SAME_LEVEL_MM;
+        let [rises, began_below] = [start_mm, initial_mm].map(|at_mm| at_mm < plane_mm - SAME_LEVEL_MM);
+        let highest_mm = initial_mm.max(plane_mm);
         let end_mm = match cycle.retract {
             Some(Retract::Plane) => plane_mm,
-            Some(Retract::Initial) => initial_mm,
+            Some(Retract::Initial) => highest_mm,
             // It is the same whatever holds.
-            None if (initial_mm - plane_mm).abs() <= SAME_LEVEL_MM => plane_mm,
+            None if is_same(highest_mm, plane_mm) => plane_mm,
             None => return None,
         };
-        let is_sound = start_mm >= plane_mm - SAME_LEVEL_MM
-            && initial_mm >= plane_mm - SAME_LEVEL_MM
+        let is_of_series = is_same(start_mm, initial_mm);
+        // Some controls go up to the retract plane above the hole. RS274/NGC controls go up first. Among these, some
+        // take the level before the series for the initial level, and others the level before each cycle.
+        let begins_soundly = if self.is_rs274 {
+            rises == began_below && (rises || is_of_series || cycle.retract == Some(Retract::Plane))
+        } else {
+            !rises && !began_below
+        };
+        let is_sound = begins_soundly
             // In G91, R counts from the initial level or from the present one.
-            && (!incremental || (start_mm - initial_mm).abs() <= SAME_LEVEL_MM)
+            && (!incremental || is_of_series)
             && depth_mm < plane_mm - SAME_LEVEL_MM;
-        let is_of_plane = (end_mm - plane_mm).abs() <= SAME_LEVEL_MM;
+        let is_of_plane = is_same(end_mm, plane_mm);
         let is_agreed = match cycle.stroke {
             Stroke::Drill | Stroke::Tap => true,
             // K is the number of repetitions on some controls, and of increments on others.
@@ -175,7 +192,7 @@ impl Interpreter {
             Stroke::Bore => is_of_plane,
             Stroke::Other => false,
         };
-        (is_sound && is_agreed).then_some(Levels { plane_mm, depth_mm, end_mm })
+        (is_sound && is_agreed).then_some(Levels { plane_mm, depth_mm, end_mm, rises })
     }
 
     fn cycle_words_are_known(&self) -> bool {
@@ -247,14 +264,8 @@ impl Interpreter {
                 self.position.decimals[slot] = self.block.decimals[address.index()];
             }
         }
-        let at = |level_mm: f64| {
-            let mut there_mm = place_mm;
-            if let Some(level) = there_mm.get_mut(drilled) {
-                *level = level_mm;
-            }
-            there_mm
-        };
-        let Levels { plane_mm, depth_mm, end_mm } = levels;
+        let at = |level_mm: f64| at_level(place_mm, plane, level_mm);
+        let Levels { plane_mm, depth_mm, end_mm, .. } = levels;
         let up = if self.modal.cycle.stroke == Stroke::Bore { MotionKind::Linear } else { MotionKind::Rapid };
         let course = [
             (MotionKind::Rapid, place_mm),
@@ -263,20 +274,32 @@ impl Interpreter {
             (up, at(end_mm)),
         ];
         for (kind, to_mm) in course {
-            if self.position.linear_mm() == Some(to_mm) {
-                continue;
-            }
-            let mut motion = self.motion_shell(index, block, kind);
-            motion.start = self.position.axis_words();
-            self.stand_at(to_mm);
-            motion.end = self.position.axis_words();
-            motion.linear_end_mm = Some(to_mm);
-            if let Some(frame) = self.plane_in_force() {
-                place_in(frame, &mut motion);
-            }
-            self.note_offset(&mut motion);
-            motions.push(motion);
+            self.go(index, block, kind, to_mm, motions);
         }
+    }
+
+    /// One motion of a cycle, unless the tool is there already.
+    fn go(
+        &mut self,
+        index: usize,
+        block: &Block,
+        kind: MotionKind,
+        to_mm: [f64; 3],
+        motions: &mut Vec<Motion>,
+    ) {
+        if self.position.linear_mm() == Some(to_mm) {
+            return;
+        }
+        let mut motion = self.motion_shell(index, block, kind);
+        motion.start = self.position.axis_words();
+        self.stand_at(to_mm);
+        motion.end = self.position.axis_words();
+        motion.linear_end_mm = Some(to_mm);
+        if let Some(frame) = self.plane_in_force() {
+            place_in(frame, &mut motion);
+        }
+        self.note_offset(&mut motion);
+        motions.push(motion);
     }
 
     pub(super) fn stand_at(&mut self, place_mm: [f64; 3]) {
@@ -284,4 +307,12 @@ impl Interpreter {
             *axis = Some(to_mm);
         }
     }
+}
+
+/// A place at another level along the axis of the plane \[mm\].
+fn at_level(mut place_mm: [f64; 3], plane: u8, level_mm: f64) -> [f64; 3] {
+    if let Some(level) = place_mm.get_mut(usize::from(plane)) {
+        *level = level_mm;
+    }
+    place_mm
 }

@@ -153,7 +153,7 @@ impl Interpreter {
                 // G92 E0 zeroes the extruder, and G92 S limits the spindle. G92 alone zeroes all axes.
                 let is_of_axes =
                     axis_words != 0 || !(self.block.has(Address::E) || self.block.has(Address::S));
-                if is_of_axes && !self.ends_no_shift() {
+                if is_of_axes && !self.write_shift() && !self.ends_no_shift() {
                     self.shift_offsets();
                 }
                 if self.block.has(Address::E) {
@@ -162,8 +162,10 @@ impl Interpreter {
             }
             Some(Action::Reference) => {
                 self.set_feed();
-                let is_passed = self.pass_point(index, block, reason.or(one_shot), motions);
-                if is_passed && self.move_to_reference(index, block, motions) {
+                let reason = reason.or(one_shot);
+                let goes_directly = self.all_go_home() && reason.is_none();
+                let is_certain = goes_directly || self.pass_point(index, block, reason, motions);
+                if is_certain && self.move_to_reference(index, block, motions) {
                     return;
                 }
                 self.opaque(index, block, Unfollowable::Reference, motions);

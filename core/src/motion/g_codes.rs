@@ -106,7 +106,9 @@ impl Interpreter {
                 }
                 Meaning::Shift | Meaning::LocalShift => also(&mut action, Action::Shift),
                 Meaning::EndShift | Meaning::OtherShift => {
-                    if !self.ends_no_shift() {
+                    let is_ended = meaning == Meaning::EndShift && self.end_shift();
+                    if !is_ended && !self.ends_no_shift() {
+                        self.shift_offsets();
                         self.shift_offsets();
                     }
                     also(&mut action, Action::Consume);
@@ -121,6 +123,10 @@ impl Interpreter {
                 }
                 Meaning::OffsetByHHere => counts_elsewhere = Some(self.offset_here()),
                 Meaning::Reference => also(&mut action, Action::Reference),
+                Meaning::StoreReference => {
+                    self.store_reference();
+                    also(&mut action, Action::Consume);
+                }
                 Meaning::Elsewhere => also(&mut action, Action::Elsewhere),
                 Meaning::ToPlane => also(&mut action, Action::ToPlane),
                 Meaning::Call => also(&mut action, Action::Call),
@@ -219,11 +225,12 @@ impl Interpreter {
             Meaning::LengthAlongTool => self.set_tool_length(ToolLength::Plain),
             Meaning::ToolLength(length) => {
                 self.set_tool_length(length);
-                self.modal.has_no_length = false;
+                (self.modal.has_no_length, self.modal.length_on) = (false, true);
             }
             Meaning::TipControl(length) | Meaning::TipControlApart(length) => {
                 self.set_tool_length(length);
                 self.modal.has_no_length = length == ToolLength::Plain;
+                self.modal.length_on = !self.modal.has_no_length;
                 self.modal.kinematics_switched = false;
             }
             Meaning::LengthAlong(axis) => self.take_length_along(axis),
@@ -306,6 +313,7 @@ impl Interpreter {
     pub(super) fn meaning(&self, index: usize) -> Meaning {
         let Some(&code) = self.block.g_codes().get(index) else { return Meaning::Unknown };
         match self.rules.meaning(code) {
+            Meaning::StoreReference if !self.is_rs274 => Meaning::Unknown,
             Meaning::UnitsUnlessCycle(mm_per_unit) => self.unless(CYCLE_WORDS, Meaning::Units(mm_per_unit)),
             Meaning::HarmlessUnlessAxes => self.unless(AXES, Meaning::Harmless),
             meaning => meaning,

@@ -12,6 +12,7 @@ use super::spindle::ToolsNamed;
 use super::start_modes::StartModes;
 use super::statements::ThisBlock;
 use super::unit::ProgramUnit;
+use super::zeros::WrittenZeros;
 use super::{Decimals, Interpolation, Motion, ToolLengths, Unfollowable, WorkOffset, WorkOffsets};
 use crate::kinematics::PlaneAxes;
 use crate::machine::{Machine, MachineCoordinates};
@@ -79,6 +80,10 @@ pub struct Interpreter {
     pub(super) planes: Option<Arc<PlaneAxes>>,
     /// Where the control's machine coordinates count from; `None` if the profile does not say so.
     pub(super) machine_coordinates: Option<Arc<MachineCoordinates>>,
+    /// The control is known to run programs as RS274/NGC does, if the program is of a dialect of such controls.
+    pub(super) is_rs274: bool,
+    /// The zeros that the program has written.
+    pub(super) zeros: WrittenZeros,
     /// The work offset of the first complete point.
     pub(super) only_offset: Option<WorkOffset>,
     /// The unit in which the program counts, and its source.
@@ -132,6 +137,8 @@ impl Interpreter {
             axes: MachineAxes::of(machine),
             planes: PlaneAxes::of(machine).map(Arc::new),
             machine_coordinates: machine.machine_coordinates().cloned().map(Arc::new),
+            is_rs274: machine.has_rs274_control(),
+            zeros: WrittenZeros::default(),
             only_offset: None,
             program_unit: ProgramUnit::default(),
             line: 0,
@@ -349,11 +356,16 @@ impl Interpreter {
         } else if block.flags.has(BlockFlags::DELETE) {
             // The operator decides. After the block only the results that are the same both ways are known.
             let skipped = (self.modal, self.position, self.course.end_line());
+            let zeros = self.zeros.clone();
             self.see_tools(batch, block);
             self.execute(batch, index, block, motions, diagnostics);
+            let writes_zeros = self.zeros != zeros;
             self.modal = self.modal.common(&skipped.0);
             self.position = self.position.common(&skipped.1);
             self.course.end_at(skipped.2);
+            if writes_zeros {
+                self.lose_zeros();
+            }
             self.find_obstacle();
             self.repeats = false;
         } else {
@@ -414,12 +426,14 @@ impl Interpreter {
 
     /// A work offset moves, so no position is known in the new coordinates.
     pub(super) fn shift_offsets(&mut self) {
+        self.drop_zeros();
         self.modal.shifts = self.modal.shifts.saturating_add(1);
         self.position.forget_axes();
     }
 
     /// Forgets everything that a call may change.
     pub(super) fn forget_all(&mut self) {
+        self.lose_zeros();
         if self.rules.call_keeps_modes {
             self.modal.forget_conversational();
         } else {

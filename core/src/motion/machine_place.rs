@@ -8,7 +8,8 @@ use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::MFunction;
 use super::modal::{ACROSS_G17, MotionMode, ToolLength};
-use super::{Interpolation, Motion, MotionKind, ToolKey, Unfollowable};
+use super::{AxisWords, Interpolation, Motion, MotionKind, ToolKey, Unfollowable};
+use crate::geometry::{PlaneFrame, Turn};
 use crate::program::{Address, Block, Code};
 
 /// Z, along the tool with every axis at zero.
@@ -77,7 +78,6 @@ impl Interpreter {
             }
         }
         let mut motion = self.motion_shell(index, block, kind);
-        motion.start = self.position.axis_words();
         self.stand_in_machine(ends, &mut motion);
         motions.push(motion);
         true
@@ -94,8 +94,9 @@ impl Interpreter {
         let Some(mut targets) = self.reference_in_machine().filter(|_| !self.changes_tool()) else {
             return false;
         };
+        let all_go = self.all_go_home();
         for (target, address) in targets.iter_mut().zip(self.axes.all()) {
-            let is_named = self.block.has(address);
+            let is_named = all_go || self.block.has(address);
             if is_named && target.is_none() {
                 return false;
             }
@@ -103,15 +104,43 @@ impl Interpreter {
         }
         let Some(ends) = self.words_in_machine(targets, Some(false)) else { return false };
         let mut motion = self.motion_shell(index, block, MotionKind::Rapid);
-        motion.start = self.position.axis_words();
         self.stand_in_machine(ends, &mut motion);
         motions.push(motion);
         true
     }
 
+    /// Whether G28 or G30 without words of axes sends all axes to the reference position directly.
+    pub(super) fn all_go_home(&self) -> bool {
+        self.is_rs274 && self.block.present & !Address::N.bit() == 0
+    }
+
+    /// G28.1 stores the place of the axes.
+    pub(super) fn store_reference(&mut self) {
+        let is_certain = self.options.as_it_runs
+            && self.modal.tool_length == Some(ToolLength::Plain)
+            && self.options.interpolation != Some(Interpolation::Tcp)
+            && self.block.present & !Address::N.bit() == 0;
+        let place = || {
+            let zero_mm = self.machine_coordinates.as_ref()?.zero_mm;
+            let (origin_mm, length_mm) = (self.origin_mm()?, self.length_mm()?);
+            let [Some(x), Some(y), Some(z), Some(first), Some(second)] = self.position.axes else {
+                return None;
+            };
+            let [x, y, z] = self.modal.turn.map_or([x, y, z], |turn| turn.of([x, y, z]));
+            let tip_mm = [x, y, z + length_mm];
+            let [x, y, z] = std::array::from_fn(|k| tip_mm[k] + origin_mm[k] - zero_mm[k]);
+            Some([x, y, z, first, second])
+        };
+        self.zeros.home = Some(place().filter(|_| is_certain));
+    }
+
     /// The reference position that the block names, in machine coordinates.
     fn reference_in_machine(&self) -> Option<[Option<f64>; 5]> {
         let references = &self.machine_coordinates.as_ref()?.references;
+        let stored = self.zeros.home.filter(|_| self.block.g_codes().contains(&FIRST_REFERENCE));
+        if let Some(home) = stored {
+            return Some(home?.map(Some));
+        }
         let codes = self.block.g_codes();
         let number = match (codes.contains(&FIRST_REFERENCE), codes.contains(&NUMBERED_REFERENCE)) {
             (true, false) => 1,
@@ -144,6 +173,13 @@ impl Interpreter {
             && self.rules.has_no_length(&self.modal)
     }
 
+    /// Whether words Z may place the gauge point of a tool of some length, because the program has written the height
+    /// of its zero. Where the tip is in W is not known then.
+    #[inline]
+    pub(super) fn may_place_gauge_point(&self) -> bool {
+        self.zeros.has_height && !self.modal.length_on && self.length_mm() != Some(0.0)
+    }
+
     /// The ends of the axes at these machine coordinates. `None` if the state of the control leaves open where they go.
     fn words_in_machine(
         &self,
@@ -151,18 +187,25 @@ impl Interpreter {
         counts_length: Option<bool>,
     ) -> Option<[AxisEnd; 5]> {
         let zero_mm = self.machine_coordinates.as_ref()?.zero_mm;
+        // A zero turned about Z leaves Z as it is.
+        let turn = self.modal.turn.filter(|_| self.has_own_zeros());
+        let obstacle = if turn.is_some() { self.modal.obstacle_beside_turn() } else { self.obstacle() };
         let is_clear = self.options.as_it_runs
-            && self.obstacle().is_none()
+            && obstacle.is_none()
             && self.options.interpolation != Some(Interpolation::Tcp)
             && self.modal.tool_length == Some(ToolLength::Plain)
             && self.modal.compensation == Some(false)
-            && self.modal.turn.is_none();
+            && self.modal.turn.is_some() == turn.is_some();
         let origin_mm = self.origin_mm().filter(|_| is_clear)?;
         let mut ends = targets.map(|target| target.map_or(AxisEnd::Stays, AxisEnd::At));
         for slot in 0..3 {
             if let Some(target_mm) = targets[slot] {
                 ends[slot] = AxisEnd::At(target_mm + zero_mm[slot] - origin_mm[slot]);
             }
+        }
+        if let Some(turn) = turn.filter(|_| targets[..2].iter().any(Option::is_some)) {
+            let [x, y] = self.turned_words(turn, [ends[0], ends[1]]);
+            (ends[0], ends[1]) = (x, y);
         }
         if let AxisEnd::At(word_mm) = ends[Z] {
             ends[Z] = match counts_length {
@@ -175,6 +218,20 @@ impl Interpreter {
             };
         }
         Some(ends)
+    }
+
+    /// The ends of X and Y in a zero that is turned about Z, from those along axes that are not turned. Where one axis
+    /// moves, both words change.
+    fn turned_words(&self, turn: Turn, ends: [AxisEnd; 2]) -> [AxisEnd; 2] {
+        let [x, y, ..] = self.position.axes;
+        let standing = x.zip(y).map(|(x, y)| turn.of([x, y, 0.0]));
+        let end = |k: usize| match ends[k] {
+            AxisEnd::At(at_mm) => Some(at_mm),
+            AxisEnd::Stays => standing.map(|at_mm| at_mm[k]),
+            AxisEnd::Unknown => None,
+        };
+        let words = end(0).zip(end(1)).map(|(x, y)| turn.back([x, y, 0.0]));
+        words.map_or([AxisEnd::Unknown; 2], |[x, y, _]| [AxisEnd::At(x), AxisEnd::At(y)])
     }
 
     /// Behind a motion of axes to places of the machine that is not followed: the words of those axes are not known. If
@@ -219,6 +276,7 @@ impl Interpreter {
 
     /// Puts the axes at these words, and ends the motion there.
     fn stand_in_machine(&mut self, ends: [AxisEnd; 5], motion: &mut Motion) {
+        motion.start = self.position.axis_words();
         for (axis, end) in self.position.axes.iter_mut().zip(ends) {
             *axis = match end {
                 AxisEnd::Stays => *axis,
@@ -231,6 +289,12 @@ impl Interpreter {
         }
         motion.end = self.position.axis_words();
         motion.linear_end_mm = self.position.linear_mm();
+        if let Some(turn) = self.modal.turn {
+            let turned = |words: AxisWords| AxisWords { linear_mm: turn.of(words.linear_mm), ..words };
+            (motion.start, motion.end) = (motion.start.map(turned), motion.end.map(turned));
+            motion.linear_end_mm = motion.linear_end_mm.map(|at_mm| turn.of(at_mm));
+            motion.frame = Some(PlaneFrame::new([0.0; 3], turn));
+        }
         motion.in_machine = true;
     }
 }

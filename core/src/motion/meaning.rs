@@ -200,6 +200,8 @@ pub(super) enum Meaning {
     NearMachineZero,
     /// G28, G30: the named axes go to a reference position.
     Reference,
+    /// G28.1 of RS274/NGC: stores the place for G28. On other controls it is not known.
+    StoreReference,
     /// Moves axes that are not named.
     Elsewhere,
     /// G53.1: the rotary axes turn to the tilted plane.

@@ -69,6 +69,7 @@ mod unfollowable;
 mod unit;
 mod words;
 mod work_offset;
+mod zeros;
 
 pub use feed::{Feed, FeedMode};
 pub use feed_rules::{FeedForm, FeedPath, FeedPaths, FeedRules};

@@ -121,6 +121,8 @@ pub(super) struct Modal {
     pub(super) length_number: Option<f64>,
     /// A tool length has been in force, so that the work offset is that of words with a length.
     pub(super) had_length: bool,
+    /// G43: a tool length is in force since the last G49.
+    pub(super) length_on: bool,
     /// G49: no tool length is in force.
     pub(super) has_no_length: bool,
     /// The program changes lengths of tools: DL, G10.
@@ -187,6 +189,7 @@ impl Modal {
         edge: None,
         length_number: None,
         had_length: false,
+        length_on: false,
         has_no_length: false,
         writes_lengths: false,
         rounds_corners: false,
@@ -225,7 +228,7 @@ impl Modal {
         self.spindle.pass_call();
         self.program_offset_mm = None;
         self.edge = None;
-        (self.length_number, self.has_no_length) = (None, false);
+        (self.length_number, self.has_no_length, self.length_on) = (None, false, false);
         self.feed = ModalFeed::Unknown;
         self.cycle = Cycle::NONE;
         self.hole = None;
@@ -329,6 +332,7 @@ impl Modal {
             edge,
             length_number,
             had_length,
+            length_on,
             has_no_length,
             writes_lengths,
             rounds_corners,
@@ -370,6 +374,7 @@ impl Modal {
             edge: same(self.edge, skipped.edge),
             length_number: same(self.length_number, skipped.length_number),
             had_length: self.had_length || skipped.had_length,
+            length_on: self.length_on && skipped.length_on,
             has_no_length: self.has_no_length && skipped.has_no_length,
             writes_lengths: self.writes_lengths || skipped.writes_lengths,
             rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,

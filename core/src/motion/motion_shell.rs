@@ -31,7 +31,7 @@ impl Interpreter {
             linear_end_mm: None,
             tool_axis: None,
             vector_start: None,
-            program_offset_mm: self.modal.program_offset_mm,
+            program_offset_mm: self.modal.program_offset_mm.filter(|_| !self.may_place_gauge_point()),
             frame: None,
             in_machine: false,
             repeats: false,

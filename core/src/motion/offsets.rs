@@ -26,6 +26,9 @@ impl Interpreter {
     /// Other tables are tool offsets, and the length may be the active one.
     pub(super) fn write_offsets(&mut self) {
         let table = self.block.value(Address::L);
+        if self.write_zero() {
+            return;
+        }
         if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
             self.shift_offsets();
         } else {
@@ -46,7 +49,7 @@ impl Interpreter {
             Meaning::Shift | Meaning::OtherShift => false,
             _ => true,
         };
-        self.modal.shifts == 0 && (0..self.block.g_count).all(ends)
+        self.modal.shifts == 0 && !self.zeros.has_written() && (0..self.block.g_count).all(ends)
     }
 
     /// A mode beside the work offset. Its P word switches it on, and P0 ends it.
@@ -89,6 +92,9 @@ impl Interpreter {
         self.modal.work_offset = offset;
         if offset.is_some() && offset == before {
             return;
+        }
+        if self.zeros.has_written() {
+            return self.change_zero(before);
         }
         // Stated offsets differ only in X Y Z, so the rotary axes stay at their positions.
         let is_stated = |offset: Option<WorkOffset>| {
@@ -133,6 +139,9 @@ impl Interpreter {
         // Whatever a plane was, the code has ended or changed it.
         let is_plane = matches!(which, Transformation::Tilt | Transformation::Swivel);
         let plane = self.modal.tilt.take_if(|_| is_plane);
+        if which == Transformation::Rotation && self.zeros.has_written() {
+            self.lose_zeros();
+        }
         if which == Transformation::Rotation
             && let Some(turn) = self.modal.turn.take()
             && on == Some(false)

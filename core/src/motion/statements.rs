@@ -71,6 +71,7 @@ impl Interpreter {
     /// The dialect is now known. Sets the modes with which its programs start.
     pub(super) fn begin_dialect(&mut self) {
         self.modal.tool_length = Some(self.rules.tool_length);
+        self.is_rs274 &= self.rules.has_rs274_codes;
         if self.rules.is_of_points {
             self.position.tool_axis = [Some(0.0), Some(0.0), Some(1.0)];
         }

@@ -5,6 +5,7 @@ use super::interpreter::Interpreter;
 use super::modal::{ACROSS_G17, MotionMode, ToolLength};
 use super::motion_shell::most_decimals;
 use super::{AxisWords, ContactWords, Extra, Interpolation, ModalGroup, Motion, MotionKind, Unfollowable};
+use crate::geometry::PlaneFrame;
 use crate::program::{Address, Block};
 
 pub(super) const CONTACT: [Address; 3] = [Address::U, Address::V, Address::W];
@@ -151,19 +152,22 @@ impl Interpreter {
         motions.push(motion);
     }
 
-    /// Gives a straight motion in a turned frame its ends in the work offset. Returns whether it is followed.
+    /// Gives a motion in a turned frame its ends in the work offset. Returns whether it is followed.
     #[cold]
     pub(super) fn turn_ends(&self, motion: &mut Motion, start: Option<AxisWords>) -> bool {
         let Some((turn, end_mm)) = self.modal.turn.zip(self.position.linear_mm()) else { return false };
-        let is_straight = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear);
+        let is_known = matches!(motion.kind, MotionKind::Rapid | MotionKind::Linear | MotionKind::Arc);
         let has_directions = self.block.present & (VECTORS | CONTACTS) != 0;
-        if !is_straight || has_directions || self.modal.obstacle_beside_turn().is_some() {
+        let is_compensated = self.modal.compensation != Some(false);
+        if is_compensated || !is_known || has_directions || self.modal.obstacle_beside_turn().is_some() {
             return false;
         }
         let turned = |words: AxisWords| AxisWords { linear_mm: turn.of(words.linear_mm), ..words };
         motion.start = start.map(turned);
         motion.end = self.position.axis_words().map(turned);
         motion.linear_end_mm = Some(turn.of(end_mm));
+        // The centre and the plane of an arc are those of the frame.
+        motion.frame = Some(PlaneFrame::new([0.0; 3], turn));
         true
     }
 

@@ -70,6 +70,7 @@ export interface MachineProfile {
   asset_id?: string | null;
   plane_solution?: unknown;
   machine_coordinates?: unknown;
+  rs274_control?: boolean | null;
   drives?: Partial<Record<Axis, Drive | null>> | null;
 }
 

@@ -2887,6 +2887,8 @@ class MachineDocument(TypedDict):
     program_unit: NotRequired[ProgramUnit | None]
     revision: int
     """Counts up from 1; a revision never changes."""
+    rs274_control: NotRequired[bool | None]
+    """Programs run as in RS274/NGC."""
     serial_number: NotRequired[str | None]
     """The builder's serial number."""
     start_codes: NotRequired[str | None]
@@ -2916,6 +2918,8 @@ class MachineProfile(TypedDict):
     """The shop's name for the machine."""
     plane_solution: NotRequired[PlaneSolution | None]
     program_unit: NotRequired[ProgramUnit | None]
+    rs274_control: NotRequired[bool | None]
+    """Programs run as in RS274/NGC."""
     serial_number: NotRequired[str | None]
     """The builder's serial number."""
     start_codes: NotRequired[str | None]

@@ -20,6 +20,7 @@ pub(super) const RULES: MotionRules = MotionRules {
     takes_ijk_as_vector: true,
     two_codes_conflict: true,
     first_offset: Some(WorkOffset::G54),
+    has_rs274_codes: true,
     reference_passes_point: true,
     tools: ToolRules { m61_sets: true, second_t_changes: true, ..ToolRules::CHANGED_BY_M6 },
     ..MotionRules::PLAIN
@@ -116,6 +117,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         700 => UnitsUnlessCycle(MM_PER_INCH),
         710 => UnitsUnlessCycle(1.0),
         280 | 300 | 301 => Reference,
+        281 => Meaning::StoreReference,
         531 => Meaning::ToPlane,
         270 | 290 | 360 | 370 | 532..=536 => Elsewhere,
         310..=319 | 380..=389 => Motion(Probing),

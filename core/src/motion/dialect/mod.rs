@@ -62,6 +62,8 @@ pub(super) struct MotionRules {
     pub(super) first_offset: Option<WorkOffset>,
     /// How a program puts tools into the spindle.
     pub(super) tools: ToolRules,
+    /// Controls of RS274/NGC run its programs.
+    pub(super) has_rs274_codes: bool,
     /// G28 and G30 go through the point of their words.
     pub(super) reference_passes_point: bool,
     /// E is the place of an extruder. Elsewhere it is a tolerance, a time or an angle of the spindle.
@@ -135,6 +137,7 @@ impl MotionRules {
         two_codes_conflict: false,
         first_offset: None,
         tools: ToolRules::CHANGED_BY_M6,
+        has_rs274_codes: false,
         reference_passes_point: false,
         has_extruder: true,
         unknown_is_final: false,

@@ -96,7 +96,7 @@ fn of_text(text: &[u8]) -> Option<Statement> {
 fn of_o_word(scan: &mut Scan<'_>) -> Option<Statement> {
     scan.at += 1;
     let name = scan.o_name()?;
-    let word = scan.word();
+    let word = scan.spread_word();
     let step = match word.as_slice() {
         b"SUB" => scan.alone(Step::Open(Structure::Sub, None))?,
         // A value after it is returned.
@@ -190,6 +190,18 @@ impl Scan<'_> {
             rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).map(u8::to_ascii_uppercase).collect();
         self.at += word.len();
         word
+    }
+
+    /// The same, with blanks in it: RS274 controls read over blanks.
+    fn spread_word(&mut self) -> Vec<u8> {
+        let mut word = Vec::new();
+        loop {
+            let more = self.word();
+            if more.is_empty() {
+                return word;
+            }
+            word.extend(more);
+        }
     }
 
     /// `DO1`: the number of a loop after its word.
@@ -286,6 +298,8 @@ mod tests {
         assert_eq!(step("o100 sub (#1=radius)"), Some(Step::Open(Structure::Sub, None)));
         assert_eq!(step("N5 O<a b> endsub [4711]"), Some(Step::Close(Some(Structure::Sub), None)));
         assert_eq!(step("o1 if [#1 NE 0]"), Some(Step::Open(Structure::If, piece(6, 15))));
+        assert_eq!(step("o100 end sub"), Some(Step::Close(Some(Structure::Sub), None)));
+        assert_eq!(step("o1 WH ILE [#1 LT 5]"), Some(Step::Open(Structure::While, piece(10, 19))));
         let call = step("O0 call [-.5] [#[1+1]] ; note");
         assert_eq!(call, Some(Step::CallOwn([piece(8, 13), piece(14, 22)].into_iter().flatten().collect())));
         assert_eq!(step("WHILE [#1 LE 3] DO 2"), Some(Step::Open(Structure::While, piece(6, 15))));

@@ -58,7 +58,8 @@ impl Variable {
         }
         let mut index = 0;
         for (subscript, size) in subscripts.iter().zip(self.sizes) {
-            let at = subscript.filter(|number| number.is_whole && number.value >= 0.0)?.value;
+            // A whole number stays the same when a control rounds a REAL to an INT.
+            let at = subscript.map(|number| number.value).filter(|at| at.fract() == 0.0 && *at >= 0.0)?;
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked range")]
             let at = if at < 1e9 { at as usize } else { return None };
             if at >= size {
