@@ -15,7 +15,6 @@ use crate::program::{Address, Block};
 
 /// The places of one cycle along the axis of the plane \[mm\].
 #[derive(Debug, Clone, Copy)]
-#[expect(clippy::struct_field_names, reason = "each has its unit")]
 struct Levels {
     plane_mm: f64,
     depth_mm: f64,

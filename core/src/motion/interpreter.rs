@@ -12,7 +12,7 @@ use super::spindle::ToolsNamed;
 use super::start_modes::StartModes;
 use super::statements::ThisBlock;
 use super::unit::ProgramUnit;
-use super::zeros::WrittenZeros;
+use super::written_zeros::WrittenZeros;
 use super::{Decimals, Interpolation, Motion, ToolLengths, Unfollowable, WorkOffset, WorkOffsets};
 use crate::kinematics::PlaneAxes;
 use crate::machine::{Machine, MachineCoordinates};

@@ -69,6 +69,7 @@ mod unfollowable;
 mod unit;
 mod words;
 mod work_offset;
+mod written_zeros;
 mod zeros;
 
 pub use feed::{Feed, FeedMode};

@@ -4,15 +4,13 @@
 //! All of them are in the text, so the words after them keep their places. With the rotary axes at zero, the words `w`
 //! are the place `origin + Rz(turn) · (shift + w)` in M. The source is `LinuxCNC`, `interp_convert.cc`.
 
-use std::collections::BTreeMap;
-
 use super::WorkOffset;
 use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::Transformation;
 use super::work_offset::OffsetCode;
-use crate::geometry::Turn;
+use super::written_zeros::Zero;
 use crate::program::{Address, Code};
 
 /// The work offsets by their P numbers, from 1 on.
@@ -29,73 +27,6 @@ const WORDS: u32 =
     AXES | Address::P.bit() | Address::L.bit() | Address::R.bit() | Address::N.bit() | Address::E.bit();
 /// G92.
 const SHIFT: Code = Code::G(920);
-
-/// The zero of one work offset.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Zero {
-    /// In M \[mm\].
-    origin_mm: [f64; 3],
-    /// About Z \[deg\].
-    turn_deg: f64,
-}
-
-/// What a program has written so far.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct WrittenZeros {
-    /// `None` is not known.
-    systems: BTreeMap<WorkOffset, Option<Zero>>,
-    /// The shift of G92, along the axes of the offset in force \[mm\].
-    shift_mm: [f64; 3],
-    /// The reference position of G28 that the program has stored, in machine coordinates: X Y Z \[mm\], then the
-    /// rotary axes in the profile's order \[deg\]. `Some(None)` is not known.
-    #[expect(clippy::option_option, reason = "nothing stored, and a place that is not known")]
-    pub(super) home: Option<Option<[f64; 5]>>,
-    /// A height of a zero was written. Without a tool length in force, words Z place the gauge point.
-    pub(super) has_height: bool,
-    is_lost: bool,
-}
-
-impl WrittenZeros {
-    /// Whether words may have other places than those that the request states, and the zeros are known.
-    pub(super) fn has_written(&self) -> bool {
-        !self.is_lost
-            && (!self.systems.is_empty() || self.shift_mm.iter().any(|shift_mm| shift_mm.abs() > 0.0))
-    }
-}
-
-impl Zero {
-    fn turn(self) -> Option<Turn> {
-        (self.turn_deg.abs() > 0.0).then(|| Turn::NONE.then_about(2, self.turn_deg))
-    }
-
-    /// Where words are in M.
-    fn place(self, shift_mm: [f64; 3], words_mm: [Option<f64>; 3]) -> [Option<f64>; 3] {
-        let [x, y, z] = std::array::from_fn(|k| words_mm[k].map(|word_mm| word_mm + shift_mm[k]));
-        let [x, y] = in_xy(self.turn(), Turn::of, [x, y]);
-        let moved = [x, y, z];
-        std::array::from_fn(|k| moved[k].map(|at_mm| at_mm + self.origin_mm[k]))
-    }
-
-    /// The words of a place in M.
-    fn words(self, shift_mm: [f64; 3], place_mm: [Option<f64>; 3]) -> [Option<f64>; 3] {
-        let [x, y, z] = std::array::from_fn(|k| place_mm[k].map(|at_mm| at_mm - self.origin_mm[k]));
-        let [x, y] = in_xy(self.turn(), Turn::back, [x, y]);
-        let moved = [x, y, z];
-        std::array::from_fn(|k| moved[k].map(|at_mm| at_mm - shift_mm[k]))
-    }
-}
-
-/// Takes X and Y through a turn about Z. Both have to be known if there is one.
-fn in_xy(
-    turn: Option<Turn>,
-    through: fn(Turn, [f64; 3]) -> [f64; 3],
-    at: [Option<f64>; 2],
-) -> [Option<f64>; 2] {
-    let Some(turn) = turn else { return at };
-    let [Some(x), Some(y)] = at else { return [None; 2] };
-    let [x, y, _] = through(turn, [x, y, 0.0]);
-    [Some(x), Some(y)]
-}
 
 impl Interpreter {
     /// Whether the zeros that the program writes are followed. Words are places along the axes of the zero in force.
