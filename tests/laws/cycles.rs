@@ -140,6 +140,26 @@ fn cycles_that_rs274_controls_run_differently_are_left_alone() {
     }
 }
 
+/// The way up to R runs at the place before the cycle. Where that is not known, nothing of the cycle is told.
+#[test]
+fn a_cycle_that_rises_at_an_unknown_place_is_left_alone() {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap().with_rs274_control(true);
+    let text = "G90 G17 G94 G21\nG0 Y0 Z-5 A0 C0\nG99 G81 X9 Y1 Z-8 R0.5 F100\nG80 G0 X1 Y2\n";
+    let found = understood_on(&machine, Dialect::Iso, text);
+    let of_cycle = |told: &&Interpreted| match told {
+        Interpreted::LeftAlone { line, .. } => *line == 3,
+        Interpreted::Motion(motion) => motion.line == 3,
+    };
+    let told: Vec<_> = found.iter().filter(of_cycle).collect();
+    assert!(
+        matches!(told[..], [Interpreted::LeftAlone { reason: Unfollowable::CannedCycle, .. }]),
+        "{told:?}"
+    );
+    // After it the height is that of R.
+    let Some(Interpreted::Motion(last)) = found.last() else { panic!("{found:?}") };
+    assert!((last.tip_mm.unwrap()[2] - 0.5).abs() < 1e-9, "{last:?}");
+}
+
 /// Blocks whose cycle is left alone, after which the drilled axis is not known.
 const LEFT_ALONE: [&str; 21] = [
     // No level of retraction, another sense, not below the plane, below the plane before it.

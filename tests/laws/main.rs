@@ -18,6 +18,7 @@ mod holes;
 mod hostile_surfaces;
 mod idempotence;
 mod inverse;
+mod length_alone;
 mod location_errors;
 mod machine_coordinates;
 mod machines;

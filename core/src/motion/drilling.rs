@@ -76,7 +76,11 @@ impl Interpreter {
             self.modal.cycle.forget();
             return false;
         };
-        let is_seen = self.modal.cycle.stroke != Stroke::Tap && self.next_place(plane).is_some();
+        // Where the way up to R runs is known only if the place before it is.
+        let rises_at_known_place = !levels.rises || self.position.linear_mm().is_some();
+        let is_seen = self.modal.cycle.stroke != Stroke::Tap
+            && rises_at_known_place
+            && self.next_place(plane).is_some();
         if !is_seen {
             self.opaque(index, block, Unfollowable::CannedCycle, motions);
         }

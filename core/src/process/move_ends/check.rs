@@ -156,12 +156,12 @@ impl ComparedEnds<'_> {
             return Err(Fault::Lines(faults));
         }
         KeptMotion::of(&next.motion).check(read)?;
-        let rotary = |motion: &Motion| motion.end.map(|words| words.rotary_deg);
         if read.tool_axis != next.motion.tool_axis {
             return Err(failed(line, "a stated tool axis changed"));
         }
-        // The last bits of words that are solved from a stated axis depend on the neighbouring points.
-        if !self.recalibrates && read.tool_axis.is_none() && rotary(read) != rotary(&next.motion) {
+        // The last bits of words that are solved from a stated axis depend on the neighbouring points, and those of a
+        // position on a plane on the position before it.
+        if !self.recalibrates && read.tool_axis.is_none() && !has_same_rotary_end(read, &next.motion) {
             return Err(failed(line, "a rotary word changed"));
         }
         let (Some(point), Some(words)) = (&next.point, read.end) else {
@@ -254,13 +254,21 @@ impl ComparedEnds<'_> {
 /// positions may be the nearer one.
 fn turns_otherwise(read: &Motion, planned: &Motion) -> bool {
     let turns = planned.unfollowable == Some(Unfollowable::TurnToPlane);
+    let same_end = read.end.is_none() || planned.end.is_none() || has_same_rotary_end(read, planned);
+    (turns || planned.frame.is_some())
+        && (read.unfollowable != planned.unfollowable || read.frame != planned.frame || !same_end)
+}
+
+/// Whether the rotary words at the end are known in both or in neither, and are the same but for rounding.
+fn has_same_rotary_end(read: &Motion, planned: &Motion) -> bool {
     let near = |read: AxisWords, planned: AxisWords| {
         let mut pairs = read.rotary_deg.iter().zip(planned.rotary_deg);
         pairs.all(|(read, planned)| (read - planned).abs() <= SAME_READ_BACK)
     };
-    let same_end = read.end.zip(planned.end).is_none_or(|(read, planned)| near(read, planned));
-    (turns || planned.frame.is_some())
-        && (read.unfollowable != planned.unfollowable || read.frame != planned.frame || !same_end)
+    match (read.end, planned.end) {
+        (Some(read), Some(planned)) => near(read, planned),
+        (read, planned) => read.is_none() && planned.is_none(),
+    }
 }
 
 /// The distance at one place, and its component along the normal.

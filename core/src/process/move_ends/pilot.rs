@@ -122,7 +122,7 @@ impl Pilot<'_> {
             return self.unfollowed(motion, reason, axes);
         }
         if motion.offset_changed {
-            if motion.kind != MotionKind::Rapid && axes.is_off() {
+            if motion.kind != MotionKind::Rapid && self.would_move(motion, axes) {
                 return Err(LineFaultKind::OtherWorkOffset);
             }
             self.carried_mm = Vec3::zeros();
