@@ -246,7 +246,7 @@ impl InverseTask {
         Ok(decided)
     }
 
-    /// What the client is told of an error on this machine.
+    /// The fault that an error of the core is for the client.
     #[must_use]
     pub fn fault(&self, error: InverseError) -> KinematicsFault {
         refused(&self.on.machine, error)

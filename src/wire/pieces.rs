@@ -61,9 +61,9 @@ pub fn write_in_pieces(
     })
 }
 
-/// Writes the text of `rows` rows that are made while others are printed. `make` replaces a round of rows by the next,
-/// up to so many, and returns their number. `print` appends the rows of a range of the round to a text. One round is
-/// made while the one before is printed and the one before that is written. `rounds` are memory for two.
+/// Writes the text of `rows` rows, which are made in rounds. While one round is made, the round before it is printed, and
+/// the text of an earlier one is written. `make` fills a round with up to this number of rows, and returns how many
+/// there are. `print` appends some rows of a round to a text. `rounds` are memory for two rounds.
 ///
 /// # Errors
 /// Those of `make`, and the writer's.

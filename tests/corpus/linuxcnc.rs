@@ -52,8 +52,8 @@ const LEFT_OUT: [(&str, &str); 11] = [
     ("value-returned/test.ngc", "calls of subprograms"),
 ];
 
-/// Canned cycles: the file, the axis that is drilled along, and how many ends of blocks are told. These ends are
-/// compared, except along that axis. After repetitions no end is told. In G18 and G19 no end is told either, because some
+/// Canned cycles: the file, the axis that is drilled along, and how many blocks have a known end. These ends are
+/// compared, except along that axis. After repetitions the end is not known. Nor is it in G18 and G19, because some
 /// controls drill along Z there.
 const CYCLES: [(&str, char, usize); 6] = [
     ("g81/g17/g98/g17-g98-g81.ngc", 'Z', 3),

@@ -140,7 +140,7 @@ fn cycles_that_rs274_controls_run_differently_are_left_alone() {
     }
 }
 
-/// The way up to R runs at the place before the cycle. Where that is not known, nothing of the cycle is told.
+/// A cycle that begins below R first rises to R. Without a known place before it, the cycle is left alone.
 #[test]
 fn a_cycle_that_rises_at_an_unknown_place_is_left_alone() {
     let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap().with_rs274_control(true);

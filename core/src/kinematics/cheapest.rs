@@ -55,7 +55,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
                 if self.stay(&mut choice, block.clone(), lanes) {
                     continue;
                 }
-                self.weigh(self.both(begin.saturating_sub(1)), block.start, block.end, lanes);
+                self.weigh(self.both(begin.saturating_sub(1)), &block, true, lanes);
             }
             let end = block.end;
             if let Err(error) = self.advance::<TIES>(&mut choice, block, lanes.as_ref()) {

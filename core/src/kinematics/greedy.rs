@@ -149,7 +149,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
             chosen.weighed = self.lanes_of(chosen.grid);
         }
         if let Some(weighed) = &mut chosen.weighed {
-            self.weigh(before, begin, end, weighed);
+            self.weigh(before, &block, false, weighed);
         }
         let mut pose = begin;
         while pose < end {

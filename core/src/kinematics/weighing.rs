@@ -1,6 +1,7 @@
 //! Weights of the steps into a block of poses, for both choices.
 
-use super::Selection;
+use std::ops::Range;
+
 use super::aligned::Aligned;
 use super::grid::Grid;
 use super::lanes::{BLOCK, Lane, PoseSource};
@@ -19,13 +20,13 @@ pub(super) struct Weighed {
 }
 
 impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
-    /// The weights of the steps into the poses `begin..end`, starting from the words `before`.
-    pub(super) fn weigh(&self, before: [f64; 4], begin: usize, end: usize, lanes: &mut Weighed) {
-        let places = self.places(&(begin..end));
+    /// The weights of the steps into the poses of a block, starting from the words `before`. With `all` false only the
+    /// nearest branches are found.
+    pub(super) fn weigh(&self, before: [f64; 4], block: &Range<usize>, all: bool, lanes: &mut Weighed) {
+        let places = self.places(block);
         for (lane, from) in lanes.words.iter_mut().zip(branch_words(&self.out.joints)) {
-            lane[..end - begin].copy_from_slice(&from[places.clone()]);
+            lane[..block.len()].copy_from_slice(&from[places.clone()]);
         }
-        let all = self.options.selection == Selection::Cheapest;
         let Weighed { rules, words, weights, .. } = lanes;
         weigh(self.options.instructions, rules, before, words, all, weights);
     }

@@ -38,7 +38,8 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
         Ok(())
     }
 
-    /// The words of u of the first pose outside the pole cone, for both branches \[deg\]; 0 if there is none.
+    /// The words of u with which both branches leave the pole cone for the first time \[deg\]. They are 0 if no pose is
+    /// outside.
     fn first_u_outside(&self, cone_rad: f64) -> Result<[f64; 2], InverseError> {
         for index in 0..self.poses.count() {
             if index % BLOCK == 0 {
