@@ -1,60 +1,70 @@
 //! Fields of log lines as text: the same bytes as the library writes, without its styles. A terminal shows styles; a
 //! file has none, but the library sets two empty ones for each field, which takes half of the time of a line.
 
+use std::cell::RefCell;
 use std::error::Error;
-use std::fmt::{self, Debug};
+use std::fmt::{self, Debug, Write};
 
 use tracing::field::{Field, Visit};
 use tracing_subscriber::field::{RecordFields, VisitOutput};
 use tracing_subscriber::fmt::FormatFields;
-use tracing_subscriber::fmt::format::{DefaultVisitor, Writer};
+use tracing_subscriber::fmt::format::{DefaultFields, DefaultVisitor, Writer};
+
+thread_local! {
+    /// The fields are put together here. The text of a span begins empty, and would grow with each of its fields.
+    static TEXT: RefCell<String> = const { RefCell::new(String::new()) };
+}
 
 /// Writes fields as text.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PlainFields;
 
 impl<'w> FormatFields<'w> for PlainFields {
-    fn format_fields<R: RecordFields>(&self, writer: Writer<'w>, fields: R) -> fmt::Result {
-        let mut plain = Plain { writer, is_first: true, written: Ok(()) };
+    fn format_fields<R: RecordFields>(&self, mut writer: Writer<'w>, fields: R) -> fmt::Result {
+        if writer.has_ansi_escapes() {
+            return DefaultFields::new().format_fields(writer, fields);
+        }
+        // A field that writes a line of the log while it is printed would find the text in use.
+        let mut text = TEXT.take();
+        text.clear();
+        let mut plain = Plain { text: &mut text, is_first: true, written: Ok(()) };
         fields.record(&mut plain);
-        plain.written
+        let written = plain.written.and_then(|()| writer.write_str(&text));
+        TEXT.set(text);
+        written
     }
 }
 
-struct Plain<'w> {
-    writer: Writer<'w>,
+struct Plain<'t> {
+    text: &'t mut String,
     is_first: bool,
     written: fmt::Result,
 }
 
 impl Plain<'_> {
     /// Whether a field is only its name and its value.
-    fn is_plain(&self, field: &Field) -> bool {
+    fn is_plain(field: &Field) -> bool {
         let name = field.name();
-        !self.writer.has_ansi_escapes()
-            && name != "message"
-            && !name.starts_with("r#")
-            && !name.starts_with("log.")
+        name != "message" && !name.starts_with("r#") && !name.starts_with("log.")
     }
 
     /// Writes a plain field.
-    fn write(&mut self, field: &Field, value: impl FnOnce(&mut Writer<'_>) -> fmt::Result) {
+    fn write(&mut self, field: &Field, value: impl FnOnce(&mut String) -> fmt::Result) {
         if self.written.is_ok() {
-            let separator = if self.is_first { "" } else { " " };
+            if !self.is_first {
+                self.text.push(' ');
+            }
             self.is_first = false;
-            let writer = &mut self.writer;
-            self.written = writer
-                .write_str(separator)
-                .and_then(|()| writer.write_str(field.name()))
-                .and_then(|()| writer.write_str("="))
-                .and_then(|()| value(writer));
+            self.text.push_str(field.name());
+            self.text.push('=');
+            self.written = value(self.text);
         }
     }
 
     /// Leaves a field to the library.
     fn leave(&mut self, record: impl FnOnce(&mut DefaultVisitor<'_>)) {
         if self.written.is_ok() {
-            let mut library = DefaultVisitor::new(self.writer.by_ref(), self.is_first);
+            let mut library = DefaultVisitor::new(Writer::new(self.text), self.is_first);
             record(&mut library);
             self.written = library.finish();
             self.is_first = false;
@@ -64,17 +74,18 @@ impl Plain<'_> {
 
 impl Visit for Plain<'_> {
     fn record_str(&mut self, field: &Field, value: &str) {
-        if !self.is_plain(field) {
+        if !Self::is_plain(field) {
             return self.leave(|library| library.record_str(field, value));
         }
         let as_it_is = |byte: u8| matches!(byte, b' '..=b'~') && byte != b'"' && byte != b'\\';
-        self.write(field, |writer| {
+        self.write(field, |text| {
             if !value.bytes().all(as_it_is) {
-                return write!(writer, "{value:?}");
+                return write!(text, "{value:?}");
             }
-            writer.write_str("\"")?;
-            writer.write_str(value)?;
-            writer.write_str("\"")
+            text.push('"');
+            text.push_str(value);
+            text.push('"');
+            Ok(())
         });
     }
 
@@ -83,8 +94,8 @@ impl Visit for Plain<'_> {
     }
 
     fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
-        if self.is_plain(field) {
-            self.write(field, |writer| write!(writer, "{value:?}"));
+        if Self::is_plain(field) {
+            self.write(field, |text| write!(text, "{value:?}"));
         } else {
             self.leave(|library| library.record_debug(field, value));
         }
@@ -93,20 +104,21 @@ impl Visit for Plain<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::io::{self, Write};
+    use std::io;
     use std::sync::{Arc, Mutex, PoisonError};
 
-    use tracing_subscriber::fmt;
-    use tracing_subscriber::fmt::format::DefaultFields;
+    use tracing_subscriber::fmt::time::FormatTime;
     use tracing_subscriber::prelude::*;
+    use tracing_subscriber::{Layer, Registry, fmt};
 
+    use super::super::log_text::TextLines;
     use super::*;
 
     /// What was written.
     #[derive(Clone, Default)]
     struct Paper(Arc<Mutex<Vec<u8>>>);
 
-    impl Write for Paper {
+    impl io::Write for Paper {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
             self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
         }
@@ -117,17 +129,9 @@ mod tests {
     }
 
     /// The lines of some events and spans, without their times.
-    fn lines<F>(fields: F, ansi: bool) -> String
-    where
-        F: for<'w> FormatFields<'w> + Send + Sync + 'static,
-    {
+    fn lines(layer: impl FnOnce(Paper) -> Box<dyn Layer<Registry> + Send + Sync>) -> String {
         let paper = Paper::default();
-        let writer = paper.clone();
-        let layer = fmt::layer()
-            .without_time()
-            .with_ansi(ansi)
-            .with_writer(move || writer.clone())
-            .fmt_fields(fields);
+        let layer = layer(paper.clone());
         tracing::subscriber::with_default(tracing_subscriber::registry().with(layer), || {
             let nothing: Option<&str> = None;
             let span = tracing::error_span!(
@@ -137,24 +141,42 @@ mod tests {
                 trace_id = format_args!("{:04x}", 7),
                 late = tracing::field::Empty
             );
-            let fault = std::io::Error::other(std::io::Error::other("deep\u{1b}[31m"));
+            let fault = io::Error::other(io::Error::other("deep\u{1b}[31m"));
             span.in_scope(|| {
                 tracing::info!(status = 200_u16, elapsed_ms = 0.25, good = true, "answered");
                 span.record("late", "x\"y\\z");
                 tracing::warn!(error = &fault as &dyn Error, path = %"/ü", "a \u{1b}[0m {}", 5);
                 tracing::error!(r#type = "t", empty = "", count = -3, list = ?[1, 2]);
+                tracing::trace_span!("within").in_scope(|| tracing::debug!(target: "other", "deep"));
             });
+            tracing::trace!("outside");
         });
         let text = paper.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
         String::from_utf8(text).unwrap()
     }
 
+    /// The same time for all lines.
+    #[derive(Clone)]
+    struct Then;
+
+    impl FormatTime for Then {
+        fn format_time(&self, writer: &mut Writer<'_>) -> std::fmt::Result {
+            writer.write_str("then")
+        }
+    }
+
     #[test]
     fn lines_have_the_bytes_of_the_library() {
         for ansi in [false, true] {
-            let plain = lines(PlainFields, ansi);
-            assert_eq!(plain, lines(DefaultFields::new(), ansi));
-            assert_eq!(plain.lines().count(), 3, "{plain}");
+            let written = |paper: Paper| {
+                fmt::layer().with_timer(Then).with_ansi(ansi).with_writer(move || paper.clone())
+            };
+            let theirs = lines(|paper| written(paper).boxed());
+            assert_eq!(theirs.lines().count(), 5, "{theirs}");
+            assert_eq!(lines(|paper| written(paper).fmt_fields(PlainFields).boxed()), theirs);
+            let ours =
+                |paper| written(paper).fmt_fields(PlainFields).event_format(TextLines::new(Then)).boxed();
+            assert_eq!(lines(ours), theirs);
         }
     }
 }

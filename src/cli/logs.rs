@@ -8,6 +8,7 @@ use tracing_subscriber::prelude::*;
 
 use super::log_fields::PlainFields;
 use super::log_lines::{LogLines, WrittenAtEnd};
+use super::log_text::{LineTime, TextLines};
 use crate::config::{LogFormat, Settings};
 
 /// Sets the process's log writer; the log is complete when the returned value is dropped. A second call changes
@@ -22,8 +23,11 @@ pub(super) fn open(settings: &Settings) -> std::io::Result<WrittenAtEnd<Stderr>>
     let log = LogLines::new(stderr())?;
     let lines = fmt::layer().with_ansi(stderr().is_terminal()).with_writer(log.clone());
     let opened = match settings.log_format {
-        LogFormat::Text => registry.with(lines.fmt_fields(PlainFields).with_filter(filter)).try_init(),
-        LogFormat::Json => registry.with(lines.json().with_filter(filter)).try_init(),
+        LogFormat::Text => {
+            let lines = lines.fmt_fields(PlainFields).event_format(TextLines::new(LineTime));
+            registry.with(lines.with_filter(filter)).try_init()
+        }
+        LogFormat::Json => registry.with(lines.with_timer(LineTime).json().with_filter(filter)).try_init(),
     };
     match (opened.is_ok(), settings.log_format) {
         (true, LogFormat::Text) => log.written_before_panics(),

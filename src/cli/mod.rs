@@ -12,6 +12,7 @@ mod health;
 mod keys;
 mod log_fields;
 mod log_lines;
+mod log_text;
 mod logs;
 mod manual;
 mod migrate;

@@ -11,7 +11,7 @@ use tracing::{Instrument, Span};
 
 use super::AppState;
 use super::answer_guard::guard_answer;
-use super::observation::{FinishedSpan, Series, Subject, Trace};
+use super::observation::{FinishedSpan, Series, Subject, TRACE_ID, Trace};
 use super::problem::{PROBLEM_JSON, Problem, ProblemType};
 use super::request_id::RequestId;
 use crate::meter;
@@ -31,7 +31,7 @@ pub(super) async fn watch<Answered: Future<Output = Response>>(
     let in_flight = meter::IN_FLIGHT.enter();
     let fresh = app.sources.ids.next();
     let trace = Trace::of(request.headers(), fresh);
-    let request_id = RequestId::new(fresh);
+    let (request_id, trace_text) = (RequestId::new(fresh), trace.text());
     let client_request_id = client_request_id(request.headers()).map(ToOwned::to_owned);
     let matched = request.extensions().get::<MatchedPath>().cloned();
     let route = matched.as_ref().map(MatchedPath::as_str);
@@ -45,6 +45,7 @@ pub(super) async fn watch<Answered: Future<Output = Response>>(
         request_id: request_id.as_str(),
         client_request_id: client_request_id.as_deref(),
         trace,
+        trace_id: trace_text.get(TRACE_ID).and_then(|id| std::str::from_utf8(id).ok()).unwrap_or_default(),
         span: Span::none(),
         began: Instant::now(),
         ended: false,
@@ -56,7 +57,7 @@ pub(super) async fn watch<Answered: Future<Output = Response>>(
     let mut response = dressed(answered(request).instrument(span).await);
     guard_answer(&mut response, route, app.settings.tls_certificate.is_some());
     response.headers_mut().insert(REQUEST_ID, request_id.header());
-    if let Ok(value) = HeaderValue::from_bytes(&trace.text()) {
+    if let Ok(value) = HeaderValue::from_bytes(&trace_text) {
         response.headers_mut().insert(TRACE_RESPONSE, value);
     }
     watched.end(&response);
@@ -73,6 +74,7 @@ struct Watched<'a> {
     request_id: &'a str,
     client_request_id: Option<&'a str>,
     trace: Trace,
+    trace_id: &'a str,
     span: Span,
     began: Instant,
     ended: bool,
@@ -88,7 +90,7 @@ impl Watched<'_> {
             "request",
             request_id = self.request_id,
             client_request_id = self.client_request_id,
-            trace_id = format_args!("{:032x}", self.trace.trace_id),
+            trace_id = format_args!("{}", self.trace_id),
             operation,
             machine_id,
             job_id,

@@ -10,4 +10,5 @@ pub use export::{Exporter, FinishedSpan};
 pub(super) use metrics_text::{Calibrations, Readings, metrics_text};
 pub(super) use operations::{Operations, Series};
 pub(super) use subject::Subject;
+pub(super) use traceparent::TRACE_ID;
 pub use traceparent::Trace;

@@ -11,6 +11,8 @@ const TRACEPARENT: HeaderName = HeaderName::from_static("traceparent");
 
 /// Bytes of a `traceparent` of the first version.
 const LENGTH: usize = 55;
+/// Where the id of the trace is in it.
+pub(in crate::http) const TRACE_ID: std::ops::Range<usize> = 3..35;
 
 /// The position of a request in a trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +45,7 @@ impl Trace {
     /// The same text as `Display`, written digit by digit: every answer has it.
     pub(in crate::http) fn text(&self) -> [u8; LENGTH] {
         let mut text = *b"00-00000000000000000000000000000000-0000000000000000-00";
-        let parts = [(3..35, self.trace_id), (36..52, self.span_id.into()), (53..55, self.sampled.into())];
+        let parts = [(TRACE_ID, self.trace_id), (36..52, self.span_id.into()), (53..55, self.sampled.into())];
         for (place, mut value) in parts {
             for digit in text.get_mut(place).into_iter().flatten().rev() {
                 let low = (value & 0xf) as u8;
