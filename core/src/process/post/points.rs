@@ -32,9 +32,9 @@ pub(super) enum Item {
 
 impl Item {
     /// The point, if the item is one.
-    pub(super) fn point(&self) -> Option<ClPoint> {
+    pub(super) fn point(&self) -> Option<&ClPoint> {
         match self {
-            Self::ClPoint(point) => Some(*point),
+            Self::ClPoint(point) => Some(point),
             Self::Note(_) | Self::Words(_) | Self::ToolChange { .. } => None,
         }
     }

@@ -233,7 +233,8 @@ impl Posting<'_> {
             }
         };
         let keep = if last { 0 } else { OVERLAP.min(self.window.len() / 2) };
-        let items: Vec<Item> = self.window.drain(..self.window.len() - keep).collect();
+        let kept = self.window.split_off(self.window.len() - keep);
+        let items = std::mem::replace(&mut self.window, kept);
         let mut warnings = path.warnings.iter().peekable();
         let mut index = 0;
         for item in items {
