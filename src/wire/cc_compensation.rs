@@ -49,7 +49,7 @@ pub struct CcParameters {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
     pub tool_radius_mm: Option<f64>,
-    /// Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter).
+    /// Corner radius r; default the cutter radius (a ball).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
     /// Largest allowed distance of the CC path from its line.
@@ -62,15 +62,13 @@ pub struct CcParameters {
     /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
+    /// Largest distance of the uploaded facets from the smooth surface; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
-    /// 100.
+    /// The cutter touches the uploaded surface if it is at most this far from the facets; default 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    /// (`feed-plane`).
+    /// For an assumed contact (`feed-plane`): a new pass begins if the feed direction turns by more than this.
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
@@ -80,8 +78,8 @@ pub struct CcParameters {
     /// Which blocks the answer has.
     #[serde(default)]
     pub output: Output,
-    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
-    /// absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
+    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. Default: the machine's
+    /// `max_feed_mm_per_min`, else ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12_000.0)]
     pub max_feed_mm_per_min: Option<f64>,
@@ -95,16 +93,15 @@ pub struct CcParameters {
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
-    /// Write the loops and calls of the program out, and compensate the result: one program without loops and
-    /// calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    /// Write the loops and calls of the program out and compensate the result, one program without them. Else motions
+    /// after a call are left unchanged, and a program with loops is refused.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schema(default = false)]
     pub flatten: bool,
     /// Treatment of singular regions, before all other steps.
     #[serde(default)]
     pub singularity: SingularityAction,
-    /// How singular regions are found and treated; as query parameters one for each, such as
-    /// `singular_regions.axis_tolerance_deg`.
+    /// How singular regions are found and treated. In a query: `singular_regions.axis_tolerance_deg`.
     #[serde(default)]
     pub singular_regions: SingularRegions,
 }
@@ -232,11 +229,11 @@ pub(super) fn check_max_feed(max_feed_mm_per_min: Option<f64>, faults: &mut Faul
 /// What the compensation found and did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CcFindings {
-    /// Dialect in which the text was read.
+    /// Dialect of the program text.
     pub dialect: Dialect,
     /// Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so.
     pub interpolation: Interpolation,
-    /// Source of the cutter contact.
+    /// Where the cutter contact comes from.
     pub contact: Contact,
     /// Number of blocks in the upload.
     pub blocks_in: u64,

@@ -124,7 +124,7 @@ pub struct InterpretationEnd {
     pub software_version: String,
     /// SHA-256 of the upload.
     pub input_sha256: String,
-    /// Dialect in which the text was read.
+    /// Dialect of the program text.
     pub dialect: Dialect,
     /// Number of blocks in the upload.
     pub blocks: u64,

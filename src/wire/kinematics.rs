@@ -108,7 +108,7 @@ pub enum Selection {
     All,
 }
 
-/// Whether measured errors are applied.
+/// Whether measured errors of the machine are applied.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LocationErrors {
@@ -136,7 +136,7 @@ pub struct KinematicsOptions {
     /// Rotary words before the first pose, one query parameter for each: `start.A`, `start.C` (inverse only).
     #[param(inline)]
     pub start: Option<RotaryWords>,
-    /// Whether measured errors are applied.
+    /// Whether measured errors of the machine are applied.
     #[param(inline)]
     pub location_errors: LocationErrors,
 }
@@ -160,7 +160,7 @@ pub struct InverseRequest {
     /// Rotary words before the first pose.
     #[serde(default)]
     pub start: Option<RotaryWords>,
-    /// Whether measured errors are applied.
+    /// Whether measured errors of the machine are applied.
     #[serde(default)]
     pub location_errors: LocationErrors,
 }
@@ -177,7 +177,7 @@ pub struct ForwardRequest {
     /// Tool length, added along the zero-pose tool axis; it matters only for head axes.
     #[serde(default)]
     pub tool_length_mm: f64,
-    /// Whether measured errors are applied.
+    /// Whether measured errors of the machine are applied.
     #[serde(default)]
     pub location_errors: LocationErrors,
 }

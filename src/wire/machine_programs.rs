@@ -8,7 +8,8 @@ use crate::description::ToSchema;
 use crate::motion::StartModes;
 use crate::units::LengthUnit;
 
-/// Unit of the lengths in a program.
+/// Unit of the lengths if the program does not state one. If it is absent, the machine's
+/// `program_unit` is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ProgramUnit {

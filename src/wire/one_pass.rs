@@ -40,8 +40,7 @@ pub struct WearStep {
     /// Where the cutter contact comes from; `tip` is not possible here.
     #[serde(default)]
     pub contact: Contact,
-    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    /// (`feed-plane`).
+    /// For an assumed contact (`feed-plane`): a new pass begins if the feed direction turns by more than this.
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
@@ -54,11 +53,11 @@ pub struct WearStep {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CcStep {
-    /// Cutter radius R that the program was made for. If it is absent, the step `wear` gives it. A cutter other
-    /// than `wear.nominal_tool` is refused.
+    /// Cutter radius R that the program was made for. The step `wear` gives it too; a cutter other than
+    /// `wear.nominal_tool` is refused.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_radius_mm: Option<f64>,
-    /// Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter).
+    /// Corner radius r; default the cutter radius (a ball).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
     /// Largest allowed distance of the CC path from its line.
@@ -68,8 +67,7 @@ pub struct CcStep {
     /// Where the cutter contact comes from.
     #[serde(default)]
     pub contact: Contact,
-    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    /// (`feed-plane`).
+    /// For an assumed contact (`feed-plane`): a new pass begins if the feed direction turns by more than this.
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
@@ -103,15 +101,14 @@ pub struct CompensationParameters {
     /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
+    /// Largest distance of the uploaded facets from the smooth surface; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
-    /// 100.
+    /// The cutter touches the uploaded surface if it is at most this far from the facets; default 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
-    /// absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
+    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. Default: the machine's
+    /// `max_feed_mm_per_min`, else ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12_000.0)]
     pub max_feed_mm_per_min: Option<f64>,
@@ -125,8 +122,8 @@ pub struct CompensationParameters {
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
-    /// Write the loops and calls of the program out, and compensate the result: one program without loops and
-    /// calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    /// Write the loops and calls of the program out and compensate the result, one program without them. Else motions
+    /// after a call are left unchanged, and a program with loops is refused.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schema(default = false)]
     pub flatten: bool,

@@ -310,7 +310,7 @@ impl From<&process::ErrorBudget> for ErrorBudgetDoc {
 /// Results of a compensation in one pass. All lines are lines of the upload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CompensationFindings {
-    /// Dialect in which the text was read.
+    /// Dialect of the program text.
     pub dialect: Dialect,
     /// Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so.
     pub interpolation: Interpolation,

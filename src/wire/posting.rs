@@ -41,7 +41,8 @@ pub struct PostingParameters {
     /// with inverse-time feed (`machine`).
     #[schema(default = "tcp")]
     pub interpolation: Interpolation,
-    /// Unit of the lengths if the data state none. If it is absent, the machine's `program_unit` is used.
+    /// Unit of the lengths if the program does not state one. If it is absent, the machine's
+    /// `program_unit` is used.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<ProgramUnit>,
     /// Origin of the workpiece in machine coordinates at zero pose. Zero is a valid answer; the member is

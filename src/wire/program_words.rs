@@ -37,7 +37,7 @@ impl From<process::ContactSource> for Contact {
     }
 }
 
-/// What the control interpolates linearly.
+/// Interpolation of the control. If it is absent, the program decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Interpolation {

@@ -87,7 +87,7 @@ pub struct ResolvedWear {
     pub entry_ids: Vec<String>,
 }
 
-/// The inputs of a result beside its parameters.
+/// Inputs that were resolved beside the parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ResolvedInputs {
     /// Unit of the program's lengths; null if the program has no lengths.

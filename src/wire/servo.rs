@@ -12,7 +12,7 @@ use crate::machine::Machine;
 use crate::servo::{AxisLetter, DriveSet, FeedProfile, MatchingOptions, Run};
 use crate::units::{Feedrate, UM_PER_MM};
 
-/// Limits of a jerk-limited feed along the path.
+/// Jerk-limited feed. Without it, the command starts and ends with a step in speed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = FeedProfile)]
@@ -50,7 +50,8 @@ macro_rules! servo_request {
             /// Drives by axis letter, without a machine; for the two circles.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub drives: Option<Drives>,
-            /// The path that the axes are commanded to follow.
+            /// The path that the axes are commanded to follow. All kinds except the two circles need a machine with
+            /// drives.
             pub path: ServoPathDoc,
             /// Sample period of the command.
             #[serde(default = "one_millisecond")]
@@ -63,8 +64,8 @@ macro_rules! servo_request {
             /// Jerk-limited feed. Without it, the command starts and ends with a step in speed.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub feed_profile: Option<FeedProfileDoc>,
-            /// Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
-            /// is no default: it must be stated if a result depends on it.
+            /// Origin of the workpiece in machine coordinates at zero pose. Default: zero. A program has no default:
+            /// state it if a result depends on it.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offset_mm: Option<Fixed<3>>,
             /// Tool length, added along the zero-pose tool axis; it matters only for head axes. The default

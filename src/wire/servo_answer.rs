@@ -49,7 +49,7 @@ pub struct AxisResult {
     /// Root mean square of the following error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_following_error_um: Option<f64>,
-    /// Following error in the steady state of a ramp at the largest commanded speed.
+    /// Following error in steady state at the largest commanded speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady_state_following_error_um: Option<f64>,
     /// Largest commanded speed.
@@ -61,7 +61,7 @@ pub struct AxisResult {
     /// Root mean square of the following error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_following_error_urad: Option<f64>,
-    /// Following error in the steady state of a ramp at the largest commanded speed.
+    /// Following error in steady state at the largest commanded speed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steady_state_following_error_urad: Option<f64>,
     /// Largest commanded speed.

@@ -140,8 +140,8 @@ pub enum ServoPathDoc {
         /// Interpolation of the control. If it is absent, the program decides.
         #[serde(default)]
         interpolation: Option<Interpolation>,
-        /// Unit of the lengths if the text does not state one. If it is absent, the machine's `program_unit`
-        /// is used.
+        /// Unit of the lengths if the program does not state one. If it is absent, the machine's
+        /// `program_unit` is used.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         unit: Option<ProgramUnit>,
         /// Origins of the work offsets that the program names.
@@ -150,7 +150,7 @@ pub enum ServoPathDoc {
         /// Number of the tool to simulate, if the program has several.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         tool_number: Option<u32>,
-        /// Positions of the axes before the first block.
+        /// Positions before the first block, as words in the program's first work offset.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         start: Option<StartWords>,
         /// Dialect of the text.

@@ -23,11 +23,11 @@ pub struct ServoProgramParameters {
     #[serde(default = "one_millisecond")]
     #[schema(default = 0.001, minimum = 0.00001, maximum = 0.1)]
     pub sample_period_s: f64,
-    /// Factors of the position gains, one query parameter for each: `position_gain_scale.C`.
+    /// Factors of the position gains. In a query: `position_gain_scale.C`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub position_gain_scale: GainScales,
-    /// Jerk-limited feed, one query parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without
-    /// it, every block runs at its own feed and no corner is a stop.
+    /// Jerk-limited feed. In a query: `feed_profile.acceleration_mm_per_s2`. Without it, every block runs at its own
+    /// feed and no corner is a stop.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub feed_profile: Option<FeedProfileDoc>,
     /// Plane that gives the contour error a sign.
@@ -140,7 +140,7 @@ pub struct ServoReport {
     /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// Dialect in which the text was read.
+    /// Dialect of the program text.
     pub dialect: Dialect,
     /// Number of blocks in the upload.
     pub blocks: u64,

@@ -34,7 +34,7 @@ macro_rules! program_parameters {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = json!([0.0, 0.0, 0.0]))]
             pub work_offset_mm: Option<$crate::wire::Fixed<3>>,
-            /// Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`.
+            /// Origins of the program's work offsets. In a query: `work_offsets_mm.G54.1 P3`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
             /// Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
@@ -47,7 +47,7 @@ macro_rules! program_parameters {
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(example = 12)]
             pub tool_number: Option<u32>,
-            /// Positions of the axes before the first block, as words in the program's first work offset.
+            /// Positions before the first block, as words in the program's first work offset.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub start: Option<$crate::wire::StartWords>,
             /// Feed, if the program has none.
@@ -79,37 +79,37 @@ macro_rules! program_parameters {
 }
 pub(super) use program_parameters;
 
-/// Axis words before the first block; leave out words that are not known.
+/// Positions before the first block, as words in the program's first work offset.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, rename_all = "UPPERCASE")]
 pub struct StartWords {
-    /// Position of X before the first block, as a word in the program's first work offset.
+    /// X before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub x: Option<f64>,
-    /// Position of Y before the first block, as a word in the program's first work offset.
+    /// Y before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub y: Option<f64>,
-    /// Position of Z before the first block, as a word in the program's first work offset.
+    /// Z before the first block, as a word in the program's first work offset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub z: Option<f64>,
-    /// Position of A before the first block, if the machine has this axis.
+    /// A before the first block, if the machine has this axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub a: Option<f64>,
-    /// Position of B before the first block, if the machine has this axis.
+    /// B before the first block, if the machine has this axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub b: Option<f64>,
-    /// Position of C before the first block, if the machine has this axis.
+    /// C before the first block, if the machine has this axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 0.0)]
     pub c: Option<f64>,
 }
 
-/// Whether a changed program says so in its text.
+/// Whether a changed program gets a comment that says so.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StampForm {

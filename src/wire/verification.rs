@@ -32,7 +32,7 @@ pub struct VerificationParameters {
     /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
+    /// Largest distance of the uploaded facets from the smooth surface; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
     /// Number of sample points on the surface.
@@ -225,7 +225,7 @@ pub struct VerificationReport {
     /// Inputs that were resolved beside the parameters.
     #[serde(default)]
     pub resolved: Option<ResolvedInputs>,
-    /// Dialect in which the text was read.
+    /// Dialect of the program text.
     pub dialect: Dialect,
     /// Number of blocks in the upload.
     pub blocks: u64,

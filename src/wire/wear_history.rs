@@ -148,7 +148,7 @@ pub struct WearEntry {
     /// Id of the cutter in the tool.
     #[schema(example = "1")]
     pub cutter_id: String,
-    /// Name of the edge; null if the cutter was measured as a whole.
+    /// Name of the edge; null for the whole cutter.
     pub edge: Option<String>,
     /// Time of the measurement.
     #[schema(example = "2025-03-14T09:26:53.000Z")]

@@ -38,7 +38,7 @@ pub struct PartsInterval {
 /// What the entries of one edge say about the measurement and about how steadily the edge wears.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct EdgeBasis {
-    /// Name of the edge; null if the cutter was measured as a whole.
+    /// Name of the edge; null for the whole cutter.
     pub edge: Option<String>,
     /// Number of entries that were used.
     pub entries: usize,

@@ -43,7 +43,7 @@ pub struct WearTableDoc {
     /// Angles between surface normal and tool axis, rising from 0 to at most 90.
     #[schema(example = json!([0.0, 45.0, 90.0]))]
     pub contact_angle_deg: Vec<f64>,
-    /// How far the cutter's surface is outside the nominal corner; negative for wear.
+    /// Distance of the cutter's surface outside the nominal corner; negative for wear.
     #[schema(example = json!([-5.0, -30.0, -12.0]))]
     pub deviation_um: Vec<f64>,
 }
@@ -97,20 +97,18 @@ pub struct WearParameters {
     /// Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surface_unit_mm: Option<f64>,
-    /// Largest distance of the uploaded facets from the smooth surface that they represent; default 10.
+    /// Largest distance of the uploaded facets from the smooth surface; default 10.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chordal_tolerance_um: Option<f64>,
-    /// The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
-    /// 100.
+    /// The cutter touches the uploaded surface if it is at most this far from the facets; default 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact_gap_um: Option<f64>,
-    /// If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    /// (`feed-plane`).
+    /// For an assumed contact (`feed-plane`): a new pass begins if the feed direction turns by more than this.
     #[serde(default = "CcParameters::default_pass_break_deg")]
     #[schema(default = 15.0)]
     pub pass_break_deg: f64,
-    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
-    /// absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
+    /// Largest F that the service writes; a block whose parts need a larger F stays as it is. Default: the machine's
+    /// `max_feed_mm_per_min`, else ten times the programmed feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 12_000.0)]
     pub max_feed_mm_per_min: Option<f64>,
@@ -124,8 +122,8 @@ pub struct WearParameters {
     #[serde(default)]
     #[schema(default = false)]
     pub allow_repeated: bool,
-    /// Write the loops and calls of the program out, and compensate the result: one program without loops and
-    /// calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
+    /// Write the loops and calls of the program out and compensate the result, one program without them. Else motions
+    /// after a call are left unchanged, and a program with loops is refused.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schema(default = false)]
     pub flatten: bool,

@@ -72,11 +72,11 @@ impl From<&process::Assumption> for AssumptionDoc {
 /// Results of the compensation for a worn cutter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct WearFindings {
-    /// Dialect in which the text was read.
+    /// Dialect of the program text.
     pub dialect: Dialect,
     /// Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so.
     pub interpolation: Interpolation,
-    /// Source of the cutter contact.
+    /// Where the cutter contact comes from.
     pub contact: Contact,
     /// Number of blocks in the upload.
     pub blocks_in: u64,

@@ -19,8 +19,7 @@ pub struct ToolDoc {
     /// Corner radius: equal to the radius for a ball (the default), 0 for a flat cutter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub corner_radius_mm: Option<f64>,
-    /// Length. If both cutters have one, the control keeps the nominal length; else it has the measured
-    /// length.
+    /// Length. The control keeps the nominal length if both cutters have one, else the measured length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_mm: Option<f64>,
 }

@@ -44,7 +44,7 @@ pub struct WearFit {
 /// The wear of one edge.
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 pub struct WearEdge {
-    /// Name of the edge; null if the cutter was measured as a whole.
+    /// Name of the edge; null for the whole cutter.
     pub edge: Option<String>,
     /// Entries of the edge, ordered by the number of parts.
     pub entries: Vec<WearTrendPoint>,

@@ -100,6 +100,8 @@ DROPPED = {
     "maxProperties",
     "uniqueItems",
 }
+# Types that need no name.
+PLAIN = {"array", "boolean", "integer", "null", "number", "string"}
 # Marks a time that a caller may give as a datetime; answers have text.
 TIME = "x-time"
 OPTIONS = (
@@ -156,8 +158,19 @@ class Contract:
         for step in steps:
             schema = unwrapped(self.resolve(schema))
             schema = self.resolve(schema)
-            schema = schema["properties"][step[1:]] if step.startswith(".") else schema[step]
+            schema = self.member(schema, step[1:]) if step.startswith(".") else schema[step]
         return unwrapped(schema)
+
+    def member(self, schema: Any, name: str) -> Any:
+        """A member of an object or of one of its parts."""
+        if name in schema.get("properties", {}):
+            return schema["properties"][name]
+        parts = [self.resolve(part) for part in schema.get("allOf", [])]
+        return next(self.member(part, name) for part in parts if name in self.members(part))
+
+    def members(self, schema: Any) -> set[str]:
+        parts = [self.resolve(part) for part in schema.get("allOf", [])]
+        return {*schema.get("properties", {})}.union(*map(self.members, parts))
 
     def add(self, public: str, schema: Any) -> None:
         if "$ref" in schema:
@@ -219,6 +232,8 @@ class Contract:
             return node
         if "$ref" in node and isinstance(node["$ref"], str):
             name = node["$ref"].rsplit("/", 1)[-1]
+            if is_plain(self.whole["components"]["schemas"][name]):
+                return self.cleaned(self.whole["components"]["schemas"][name], waiting)
             waiting.append(name)
             kept = {key: node[key] for key in ("description",) if key in node}
             return {"$ref": f"#/components/schemas/{self.name(name)}", **kept}
@@ -229,8 +244,19 @@ class Contract:
             # A property may be called "default" or "format".
             if not inside_properties and (key in DROPPED or key == "discriminator"):
                 continue
+            if inside_properties and "$ref" in value:
+                # A member that says no more than its type: a reader of the package sees the words at both.
+                words = self.resolve(value).get("description")
+                value = {**({"description": words} if words else {}), **value}
             kept[key] = self.cleaned(value, waiting, key == "properties" and not inside_properties)
         return kept
+
+
+def is_plain(schema: Any) -> bool:
+    """A described number, text or list that several members refer to: it is written out, and makes no type."""
+    named = schema.get("type", "object")
+    kinds = {named} if isinstance(named, str) else set(named)
+    return "description" in schema and "enum" not in schema and kinds <= PLAIN
 
 
 def unwrapped(schema: Any) -> Any:

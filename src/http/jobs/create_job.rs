@@ -41,7 +41,7 @@ struct JobForm {
     program: Vec<u8>,
     /// Files that the program calls, each under the name that the calls use.
     subprogram: Option<Vec<ProgramFile>>,
-    /// Name of the main program, if `program` is a zip archive of several files.
+    /// Main program, if `program` is a zip archive of several files.
     main: Option<String>,
     /// The part's surface as STL, for operations that use it.
     #[schema(value_type = Option<String>, format = Binary)]

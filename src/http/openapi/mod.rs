@@ -2,8 +2,11 @@
 //! and converted to a form that strict readers and client generators accept.
 
 mod answers;
+mod general_refusals;
+mod members;
 mod names;
 mod parameters;
+mod parts;
 mod schemas;
 mod shared;
 mod tests;
@@ -25,7 +28,7 @@ use super::webhooks::describe_messages;
 #[openapi(
     info(
         title = "Trunnion",
-        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests. Lists are cut to two items, long texts to their beginning, numbers to four digits. In a request, leave out a member that has no value.",
+        description = "Kinematics, NC program compensation, servo simulation, tool wear and calibration for five-axis machine tools. Lengths are in mm and angles in degrees unless a name states another unit; tool poses are x y z i j k, NC words X Y Z A B C. Every refusal is an RFC 9457 problem document. The examples of answers are real answers to the examples of requests, shortened: lists to one or two items, axes to two, long texts to their beginning, numbers to four digits, and without members that are null. In a request, leave out a member that has no value.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0"),
     ),
     components(schemas(ProblemDocument)),
@@ -76,12 +79,13 @@ pub(super) fn published(document: &Document) -> Value {
     }
     values::mend(&mut document);
     names::rename(&mut document);
+    members::share(&mut document);
     shared::share(&mut document);
     document
 }
 
 /// A part of the document that is longer than a line has a line for each of its members \[bytes\].
-const LINE: usize = 132;
+const LINE: usize = 320;
 
 /// The document as text: without blanks, so that it is short, and in lines, so that a change shows where it is.
 fn in_lines(value: &Value, into: &mut String) {
@@ -113,6 +117,18 @@ fn operations_mut(document: &mut Value) -> impl Iterator<Item = &mut Map<String,
     let paths = document.get_mut("paths").and_then(Value::as_object_mut);
     let items = paths.into_iter().flat_map(|paths| paths.values_mut().filter_map(Value::as_object_mut));
     items.flat_map(|item| item.values_mut().filter_map(Value::as_object_mut))
+}
+
+/// Whether a response with this status is a problem document.
+fn is_refusal(status: &str) -> bool {
+    status.starts_with(['4', '5']) || status == "default"
+}
+
+fn each_operation(document: &mut Value, mut visit: impl FnMut(&mut Map<String, Value>, &str)) {
+    for operation in operations_mut(document) {
+        let id = operation.get("operationId").and_then(Value::as_str).unwrap_or_default().to_owned();
+        visit(operation, &id);
+    }
 }
 
 /// Fields of a form are left out instead of null, have their own media types, and there are no other fields. Pages in

@@ -103,9 +103,11 @@ fn whole(schema: &Value, schemas: &Map<String, Value>) -> Option<Value> {
         }
     }
     let description = schema.get("description").cloned().unwrap_or_default();
-    Some(
-        json!({ "type": "object", "description": description, "properties": properties, "required": required }),
-    )
+    let mut whole = json!({ "type": "object", "description": description, "properties": properties });
+    if !required.is_empty() {
+        whole["required"] = Value::Array(required);
+    }
+    Some(whole)
 }
 
 /// Gives names to alternatives that are written out and that a member distinguishes.

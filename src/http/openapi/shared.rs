@@ -1,5 +1,5 @@
 //! What several operations have is written once, under `components`: every refusal, and parameters, headers and
-//! examples that occur more than once. The refusals that every operation can give are its `default` response.
+//! examples that occur more than once. Refusals that no operation has of its own are in its `default` response.
 //!
 //! The most frequent of several values gets the plain name, such as the status of a refusal. The others have the id of
 //! the first operation behind it.
@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
+use super::general_refusals;
 use super::schemas::pascal;
+use super::{each_operation, is_refusal};
 
 /// An example that is shorter than this is not worth a reference \[bytes\].
 const SHORT_EXAMPLE: usize = 160;
@@ -22,7 +24,7 @@ pub(super) fn share(document: &mut Value) {
         ("parameters", 2, parameters),
         ("responses", 1, refusals),
     ];
-    gather_common_refusals(document);
+    general_refusals::gather(document);
     for (kind, least, visit) in kinds {
         let mut parts = Parts::default();
         each_operation(document, |operation, id| visit(operation, id, &mut parts));
@@ -31,53 +33,6 @@ pub(super) fn share(document: &mut Value) {
         if let Some(components) = document.get_mut("components").and_then(Value::as_object_mut) {
             components.insert(kind.to_owned(), Value::Object(shared));
         }
-    }
-}
-
-/// Puts one response `default` in the place of the refusals that are the same in every operation.
-fn gather_common_refusals(document: &mut Value) {
-    let mut common: Option<BTreeMap<String, Value>> = None;
-    each_operation(document, |operation, _| {
-        let own: BTreeMap<_, _> = responses_of(operation)
-            .filter(|(status, _)| is_refusal(status))
-            .map(|(status, response)| (status.clone(), response.clone()))
-            .collect();
-        match &mut common {
-            Some(common) => common.retain(|status, response| own.get(status) == Some(response)),
-            None => common = Some(own),
-        }
-    });
-    let common = common.unwrap_or_default();
-    if common.is_empty() {
-        return;
-    }
-    let words = common.iter().map(|(status, response)| {
-        format!("{status} {}", response.get("description").and_then(Value::as_str).unwrap_or_default())
-    });
-    let description =
-        format!("Every operation can give these refusals: {}", words.collect::<Vec<_>>().join("; "));
-    let mut gathered = json!({ "description": description });
-    for part in ["content", "headers"] {
-        if let Some(found) = common.values().find_map(|response| response.get(part)) {
-            gathered[part] = found.clone();
-        }
-    }
-    each_operation(document, |operation, _| {
-        let Some(responses) = operation.get_mut("responses").and_then(Value::as_object_mut) else { return };
-        responses.retain(|status, _| !common.contains_key(status));
-        responses.insert("default".to_owned(), gathered.clone());
-    });
-}
-
-/// Whether a response with this status is a problem document.
-fn is_refusal(status: &str) -> bool {
-    status.starts_with(['4', '5']) || status == "default"
-}
-
-fn each_operation(document: &mut Value, mut visit: impl FnMut(&mut Map<String, Value>, &str)) {
-    for operation in super::operations_mut(document) {
-        let id = operation.get("operationId").and_then(Value::as_str).unwrap_or_default().to_owned();
-        visit(operation, &id);
     }
 }
 
@@ -206,7 +161,8 @@ mod tests {
         share(&mut document);
         let components = &document["components"];
         assert_eq!(components["parameters"], json!({ "Limit": tall }));
-        assert_eq!(components["responses"], json!({ "404": lost, "404-a": gone }));
+        assert_eq!(components["responses"]["404"], lost);
+        assert_eq!(components["responses"]["404-a"], gone);
         assert_eq!(components["examples"], json!({}));
         assert_eq!(document["paths"]["/a"]["post"]["parameters"], json!([wide]));
         assert_eq!(
@@ -218,24 +174,6 @@ mod tests {
         assert_eq!(refusal("/c"), "#/components/responses/404");
         let answered = |path: &str| document["paths"][path]["post"]["responses"]["200"].clone();
         assert_eq!((answered("/a"), answered("/c")), (answer("short"), answer(&long)));
-    }
-
-    #[test]
-    fn refusals_of_every_operation_are_one_default_response() {
-        let refusal =
-            |words: &str| json!({ "description": words, "content": {"application/problem+json": {}} });
-        let lost = |words: &str| {
-            json!({ "operationId": words, "responses":
-                {"200": {"description": "Good."}, "404": refusal(words), "414": refusal("Long."), "500": refusal("Broken.")} })
-        };
-        let mut document =
-            json!({ "components": {}, "paths": {"/a": {"get": lost("a")}, "/b": {"put": lost("b")}} });
-        share(&mut document);
-        let common = refusal("Every operation can give these refusals: 414 Long.; 500 Broken.");
-        assert_eq!(document["components"]["responses"]["default"], common);
-        let responses = document["paths"]["/b"]["put"]["responses"].as_object().unwrap();
-        assert_eq!(responses.keys().collect::<Vec<_>>(), ["200", "404", "default"]);
-        assert_eq!(responses["default"]["$ref"], "#/components/responses/default");
     }
 
     #[test]

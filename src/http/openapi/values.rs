@@ -22,6 +22,9 @@ const UUIDS: &[(&str, &str)] = &[
 /// Members that are a moment and whose names do not end in `_at`.
 const MOMENTS: &[&str] = &["at", "signs_until", "timestamp"];
 
+/// Answers that leave out a member without a value, as requests do.
+const LEFT_OUT: &[&str] = &["MachineDocument", "MachineProfile", "Tool", "ToolDocument"];
+
 /// Corrects all values.
 pub(super) fn mend(document: &mut Value) {
     let mut requests = Vec::new();
@@ -38,8 +41,11 @@ pub(super) fn mend(document: &mut Value) {
     let asked = reachable(&Value::Array(requests), schemas);
     formats(schemas);
     discriminate(schemas);
-    for name in asked.difference(&answered) {
+    for name in asked.difference(&answered).map(String::as_str).chain(LEFT_OUT.iter().copied()) {
         leave_out_null(schemas, name);
+    }
+    for name in answered.difference(&asked).filter(|name| !LEFT_OUT.contains(&name.as_str())) {
+        schemas.get_mut(name).into_iter().for_each(without_bounds);
     }
     // Bodies have whole examples. Those of single members stay where pages in a browser begin with them: in forms, and
     // in the document of a refusal, which has no other.
@@ -73,6 +79,22 @@ fn leave_out_null(schemas: &mut Map<String, Value>, name: &str) {
         if let (Some(description), Some(schema)) = (description, schema.as_object_mut()) {
             schema.insert("description".to_owned(), description);
         }
+    }
+}
+
+/// An answer needs no word that a number is not negative and fits its type: that bounds what is asked for.
+fn without_bounds(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(without_bounds),
+        Value::Object(members) => {
+            if members.get("type").is_some_and(|kind| kind.to_string().contains("\"integer\"")) {
+                members.retain(|key, bound| {
+                    !(key == "minimum" && *bound == json!(0) || key == "maximum" && *bound == json!(u32::MAX))
+                });
+            }
+            members.values_mut().for_each(without_bounds);
+        }
+        _ => {}
     }
 }
 
@@ -136,7 +158,8 @@ fn discriminate(schemas: &mut Map<String, Value>) {
     }
 }
 
-/// Leaves out what a reader takes for granted: a number in JSON is a double, and a parameter is not required.
+/// Leaves out what a reader takes for granted: a number in JSON is a double, a parameter is not required, and the name
+/// of a member is a text.
 fn brief(value: &mut Value) {
     match value {
         Value::Array(items) => items.iter_mut().for_each(brief),
@@ -147,6 +170,9 @@ fn brief(value: &mut Value) {
             }
             if members.contains_key("in") && members.get("required") == Some(&Value::Bool(false)) {
                 members.remove("required");
+            }
+            if members.get("propertyNames") == Some(&json!({ "type": "string" })) {
+                members.remove("propertyNames");
             }
             // Examples are values, not schemas.
             let others = members.iter_mut().filter(|(name, _)| !name.starts_with("example"));

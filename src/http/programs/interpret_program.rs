@@ -35,14 +35,14 @@ const OFFERS: &[&str] = &["application/json", CSV];
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct InterpretationUpload {
-    /// The parameters. If this field is absent or `{}`, they are in the query.
+    /// The parameters. Without them, or with `{}`, they are in the query.
     parameters: Option<InterpretationParameters>,
     /// The program.
     #[schema(value_type = String, format = Binary)]
     program: Vec<u8>,
     /// Files that the program calls, each under the name that the calls use.
     subprogram: Option<Vec<ProgramFile>>,
-    /// Name of the main program, if `program` is a zip archive of several files.
+    /// Main program, if `program` is a zip archive of several files.
     main: Option<String>,
 }
 

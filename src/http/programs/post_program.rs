@@ -23,7 +23,7 @@ const OFFERS: &[&str] = &["text/plain", "application/octet-stream", "application
 #[derive(Debug, ToSchema)]
 #[expect(dead_code, reason = "describes the multipart body")]
 struct PostingForm {
-    /// The parameters. If this field is absent or `{}`, they are in the query.
+    /// The parameters. Without them, or with `{}`, they are in the query.
     parameters: Option<PostingParameters>,
     /// The cutter location data.
     #[schema(value_type = String, format = Binary)]

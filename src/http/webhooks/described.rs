@@ -68,8 +68,8 @@ impl ToSchema for EndedJob {
 /// Receive the end of a job
 ///
 /// The receiver at `callback_url` serves this operation. Verify the signature over the bytes of the body, store
-/// `webhook-id`, ignore the message if the same id comes again, and answer 2xx at once. After any other answer the
-/// message comes again later (`docs/webhooks.md`).
+/// `webhook-id`, ignore a message whose id came before, and answer 2xx at once. After any other answer the message
+/// comes again (`docs/webhooks.md`).
 #[utoipa::path(
     post,
     path = "job-ended",

@@ -249,7 +249,7 @@ class EdgeBasis(TypedDict):
     correlation: float
     """Correlation of the errors of neighbouring entries, 0 to 0.7."""
     edge: NotRequired[str | None]
-    """Name of the edge; null if the cutter was measured as a whole."""
+    """Name of the edge; null for the whole cutter."""
     entries: int
     """Number of entries that were used."""
     first_parts: int
@@ -303,7 +303,7 @@ class FeedLimit(TypedDict):
 
 
 class FeedProfile(TypedDict):
-    """Limits of a jerk-limited feed along the path."""
+    """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
 
     acceleration_mm_per_s2: float
     """Acceleration along the path."""
@@ -322,7 +322,7 @@ FormulaKind: TypeAlias = Literal["plane", "sphere", "cylinder", "saddle", "blade
 
 
 Interpolation: TypeAlias = Literal["machine", "tcp"]
-"""What the control interpolates linearly."""
+"""Interpolation of the control. If it is absent, the program decides."""
 
 
 JobOperation: TypeAlias = Literal[
@@ -450,7 +450,7 @@ class LocationErrorFindings(TypedDict):
 
 
 LocationErrors: TypeAlias = Literal["apply", "ignore"]
-"""Whether measured errors are applied."""
+"""Whether measured errors of the machine are applied."""
 
 
 class MatchedGain(TypedDict):
@@ -703,7 +703,10 @@ class ProblemDocument(TypedDict):
 
 
 ProgramUnit: TypeAlias = Literal["mm", "inch"]
-"""Unit of the lengths in a program."""
+"""
+Unit of the lengths if the program does not state one. If it is absent, the machine's
+`program_unit` is used.
+"""
 
 
 class Reading(TypedDict):
@@ -1023,6 +1026,17 @@ class SingularityFindings(TypedDict):
     """Warnings about the text."""
 
 
+class SourceFindings(TypedDict):
+    """Findings about the program that was read."""
+
+    blocks_in: int
+    """Number of blocks in the upload."""
+    dialect: Dialect
+    """Dialect of the program text."""
+    interpolation: Interpolation
+    """Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so."""
+
+
 class SphereOutlier(TypedDict):
     """A centre that does not agree with the others. The fit still uses it."""
 
@@ -1084,24 +1098,24 @@ class StageBasis(TypedDict):
 
 
 StampForm: TypeAlias = Literal["comment", "none"]
-"""Whether a changed program says so in its text."""
+"""Whether a changed program gets a comment that says so."""
 
 
 class StartWords(TypedDict):
-    """Axis words before the first block; leave out words that are not known."""
+    """Positions before the first block, as words in the program's first work offset."""
 
     A: NotRequired[float]
-    """Position of A before the first block, if the machine has this axis."""
+    """A before the first block, if the machine has this axis."""
     B: NotRequired[float]
-    """Position of B before the first block, if the machine has this axis."""
+    """B before the first block, if the machine has this axis."""
     C: NotRequired[float]
-    """Position of C before the first block, if the machine has this axis."""
+    """C before the first block, if the machine has this axis."""
     X: NotRequired[float]
-    """Position of X before the first block, as a word in the program's first work offset."""
+    """X before the first block, as a word in the program's first work offset."""
     Y: NotRequired[float]
-    """Position of Y before the first block, as a word in the program's first work offset."""
+    """Y before the first block, as a word in the program's first work offset."""
     Z: NotRequired[float]
-    """Position of Z before the first block, as a word in the program's first work offset."""
+    """Z before the first block, as a word in the program's first work offset."""
 
 
 StatedBy: TypeAlias = Literal["program", "request", "profile", "tool_table", "rule"]
@@ -1150,8 +1164,8 @@ ToolKind: TypeAlias = Literal["ball", "bull-nose", "flat", "other"]
 """Form of the cutter's end."""
 
 
-class ToolProfile(TypedDict):
-    """A tool as the shop states it: its number and name in programs, and its nominal cutter."""
+class ToolMembers(TypedDict):
+    """The members of a tool that a request states."""
 
     corner_radius_mm: NotRequired[float]
     """
@@ -1168,6 +1182,10 @@ class ToolProfile(TypedDict):
     """Number in programs, as in `T12` or `TOOL CALL 12`. A tool has a number, a name or both."""
     radius_mm: NotRequired[float]
     """Cutter radius. Only a tool of the kind `other` may leave it out."""
+
+
+class ToolProfile(ToolMembers):
+    """A tool as the shop states it: its number and name in programs, and its nominal cutter."""
 
 
 class Transmission(TypedDict):
@@ -1299,7 +1317,7 @@ class WearTable(TypedDict):
     contact_angle_deg: Sequence[float]
     """Angles between surface normal and tool axis, rising from 0 to at most 90."""
     deviation_um: Sequence[float]
-    """How far the cutter's surface is outside the nominal corner; negative for wear."""
+    """Distance of the cutter's surface outside the nominal corner; negative for wear."""
 
 
 class WearTool(TypedDict):
@@ -1308,10 +1326,7 @@ class WearTool(TypedDict):
     corner_radius_mm: NotRequired[float]
     """Corner radius: equal to the radius for a ball (the default), 0 for a flat cutter."""
     length_mm: NotRequired[float]
-    """
-    Length. If both cutters have one, the control keeps the nominal length; else it has the measured
-    length.
-    """
+    """Length. The control keeps the nominal length if both cutters have one, else the measured length."""
     radius_mm: float
     """Cutter radius."""
 
@@ -1355,6 +1370,23 @@ class Withdrawal(TypedDict):
 
 WorkOffsets: TypeAlias = Mapping[str, Vector]
 """Work offsets by name: X Y Z of the programming zero in machine coordinates at zero pose"""
+
+
+class WornCutterStatements(TypedDict):
+    """Statements of a request about a worn cutter."""
+
+    contact: NotRequired[Contact]
+    """Where the cutter contact comes from; `tip` is not possible here."""
+    length_in_control: NotRequired[LengthInControl]
+    """Length that the control has; default `nominal` if both lengths are given."""
+    milling: NotRequired[Milling]
+    """Part of the cutter that makes the surface."""
+    nominal_tool: NotRequired[WearTool]
+    """The cutter that the program was made for. If it is absent, the machine's tool table gives it."""
+    pass_break_deg: NotRequired[float]
+    """For an assumed contact (`feed-plane`): a new pass begins if the feed direction turns by more than this."""
+    wear_table: NotRequired[WearTable]
+    """Wear along the corner; for end milling."""
 
 
 class WorstResidual(TypedDict):
@@ -1426,9 +1458,9 @@ class AxisResult(TypedDict):
     stability: Stability
     """Margins, bandwidth and poles."""
     steady_state_following_error_um: NotRequired[float | None]
-    """Following error in the steady state of a ramp at the largest commanded speed."""
+    """Following error in steady state at the largest commanded speed."""
     steady_state_following_error_urad: NotRequired[float | None]
-    """Following error in the steady state of a ramp at the largest commanded speed."""
+    """Following error in steady state at the largest commanded speed."""
 
 
 class BallBarTest(TypedDict):
@@ -1495,15 +1527,13 @@ class CalibrationFilters(TypedDict):
     """Only runs measured at this time or earlier (RFC 3339)."""
 
 
-class CcFindings(TypedDict):
+class CcFindings(SourceFindings):
     """What the compensation found and did."""
 
     after: DeviationSummary
     """Deviation of the answer, computed from its own text."""
     before: DeviationSummary
     """Deviation of the upload."""
-    blocks_in: int
-    """Number of blocks in the upload."""
     blocks_inserted: int
     """Number of inserted blocks."""
     blocks_out: int
@@ -1511,13 +1541,9 @@ class CcFindings(TypedDict):
     cc_path_length_mm: float
     """Sum of the chords of the checked motions."""
     contact: Contact
-    """Source of the cutter contact."""
-    dialect: Dialect
-    """Dialect in which the text was read."""
+    """Where the cutter contact comes from."""
     feeds_restored: NotRequired[int]
     """Number of blocks that only got the source's F word back, after divided blocks."""
-    interpolation: Interpolation
-    """Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so."""
     motions_checked: int
     """Number of motions whose deviation was computed."""
     motions_left_over: NotRequired[int]
@@ -1531,122 +1557,6 @@ class CcFindings(TypedDict):
     """Warnings to the caller."""
 
 
-class CcParameters(TypedDict):
-    """Parameters of the compensation of the CC path."""
-
-    allow_repeated: NotRequired[bool]
-    """
-    Apply the steps `cc` and `singularity` again to a program that already has their stamp, or is an earlier
-    answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
-    repeated.
-    """
-    chordal_tolerance_um: NotRequired[float]
-    """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
-    contact: NotRequired[Contact]
-    """Where the cutter contact comes from."""
-    contact_gap_um: NotRequired[float]
-    """
-    The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
-    100.
-    """
-    corner_radius_mm: NotRequired[float]
-    """Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter)."""
-    correction: NotRequired[Correction]
-    """How a deviating block is corrected."""
-    dialect: NotRequired[Dialect]
-    """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float]
-    """Feed, if the program has none."""
-    flatten: NotRequired[bool]
-    """
-    Write the loops and calls of the program out, and compensate the result: one program without loops and
-    calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
-    """
-    interpolation: NotRequired[Interpolation]
-    """Interpolation of the control. If it is absent, the program decides."""
-    max_feed_mm_per_min: NotRequired[float]
-    """
-    Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
-    absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
-    """
-    output: NotRequired[Output]
-    """Which blocks the answer has."""
-    pass_break_deg: NotRequired[float]
-    """
-    If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    (`feed-plane`).
-    """
-    singular_regions: NotRequired[SingularRegions]
-    """
-    How singular regions are found and treated; as query parameters one for each, such as
-    `singular_regions.axis_tolerance_deg`.
-    """
-    singularity: NotRequired[SingularityAction]
-    """Treatment of singular regions, before all other steps."""
-    stamp: NotRequired[StampForm]
-    """Whether a changed program gets a comment that says so."""
-    start: NotRequired[StartWords]
-    """Positions of the axes before the first block, as words in the program's first work offset."""
-    surface_unit_mm: NotRequired[float]
-    """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
-    tolerance_um: NotRequired[float]
-    """Largest allowed distance of the CC path from its line."""
-    tool_length_mm: NotRequired[float]
-    """
-    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
-    the machine's tool table is used.
-    """
-    tool_number: NotRequired[int]
-    """
-    Number of the tool to work on, if the program has several; motions with other tools are left
-    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
-    its tool from the machine's tool table.
-    """
-    tool_radius_mm: NotRequired[float]
-    """
-    Cutter radius R. If it is absent, the machine's tool table gives it. Only `contact=tip` needs no
-    radius.
-    """
-    unit: NotRequired[ProgramUnit]
-    """
-    Unit of the lengths if the program does not state one. If it is absent, the machine's
-    `program_unit` is used.
-    """
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
-    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
-    used.
-    """
-    work_offsets_mm: NotRequired[WorkOffsets]
-    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
-
-
-class CcStep(TypedDict):
-    """The step for the cutter-contact path; its members mean the same as in a cc compensation."""
-
-    contact: NotRequired[Contact]
-    """Where the cutter contact comes from."""
-    corner_radius_mm: NotRequired[float]
-    """Corner radius r. If it is absent, it equals the cutter radius (a ball-end cutter)."""
-    correction: NotRequired[Correction]
-    """How a deviating block is corrected."""
-    output: NotRequired[Output]
-    """Which blocks the answer has."""
-    pass_break_deg: NotRequired[float]
-    """
-    If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    (`feed-plane`).
-    """
-    tolerance_um: NotRequired[float]
-    """Largest allowed distance of the CC path from its line."""
-    tool_radius_mm: NotRequired[float]
-    """
-    Cutter radius R that the program was made for. If it is absent, the step `wear` gives it. A cutter other
-    than `wear.nominal_tool` is refused.
-    """
-
-
 class Changes(TypedDict):
     """Changes that the steps made to the blocks. The job's table of changes has every motion."""
 
@@ -1658,6 +1568,52 @@ class Changes(TypedDict):
     """All changes, down-sampled."""
     worst: Sequence[MotionChange]
     """Motions with the largest sum of changes, largest first."""
+
+
+class CompensationStatements(TypedDict):
+    """Statements of a request for any compensation."""
+
+    allow_repeated: NotRequired[bool]
+    """
+    Apply the steps `cc` and `singularity` again to a program that already has their stamp, or is an earlier
+    answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
+    repeated.
+    """
+    chordal_tolerance_um: NotRequired[float]
+    """Largest distance of the uploaded facets from the smooth surface; default 10."""
+    contact_gap_um: NotRequired[float]
+    """The cutter touches the uploaded surface if it is at most this far from the facets; default 100."""
+    flatten: NotRequired[bool]
+    """
+    Write the loops and calls of the program out and compensate the result, one program without them. Else motions
+    after a call are left unchanged, and a program with loops is refused.
+    """
+    max_feed_mm_per_min: NotRequired[float]
+    """
+    Largest F that the service writes; a block whose parts need a larger F stays as it is. Default: the machine's
+    `max_feed_mm_per_min`, else ten times the programmed feed.
+    """
+    stamp: NotRequired[StampForm]
+    """Whether a changed program gets a comment that says so."""
+    surface_unit_mm: NotRequired[float]
+    """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
+
+
+class ContactPathStatements(TypedDict):
+    """Compensation of the CC path."""
+
+    contact: NotRequired[Contact]
+    """Where the cutter contact comes from."""
+    corner_radius_mm: NotRequired[float]
+    """Corner radius r; default the cutter radius (a ball)."""
+    correction: NotRequired[Correction]
+    """How a deviating block is corrected."""
+    output: NotRequired[Output]
+    """Which blocks the answer has."""
+    pass_break_deg: NotRequired[float]
+    """For an assumed contact (`feed-plane`): a new pass begins if the feed direction turns by more than this."""
+    tolerance_um: NotRequired[float]
+    """Largest allowed distance of the CC path from its line."""
 
 
 class ContourError(TypedDict):
@@ -1782,43 +1738,6 @@ class ForwardAnswer(TypedDict):
     """Tool poses in the workpiece."""
 
 
-class InterpretationParameters(TypedDict):
-    """Parameters of the interpretation of a program."""
-
-    dialect: NotRequired[Dialect]
-    """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float]
-    """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation]
-    """Interpolation of the control. If it is absent, the program decides."""
-    start: NotRequired[StartWords]
-    """Positions of the axes before the first block, as words in the program's first work offset."""
-    tool_length_mm: NotRequired[float]
-    """
-    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
-    the machine's tool table is used.
-    """
-    tool_number: NotRequired[int]
-    """
-    Number of the tool to work on, if the program has several; motions with other tools are left
-    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
-    its tool from the machine's tool table.
-    """
-    unit: NotRequired[ProgramUnit]
-    """
-    Unit of the lengths if the program does not state one. If it is absent, the machine's
-    `program_unit` is used.
-    """
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
-    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
-    used.
-    """
-    work_offsets_mm: NotRequired[WorkOffsets]
-    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
-
-
 class InterpretedMotion(TypedDict):
     """
     A motion as the service understands it. Values that are not known are null. Units are millimetres and
@@ -1859,8 +1778,29 @@ class InterpretedMotion(TypedDict):
     """The work offset in force, by the name in the program."""
 
 
-class JobDocument(TypedDict):
-    """A job: the operation, the machine, the uploaded bytes and the result."""
+class JobFilters(TypedDict):
+    """The query of `list_jobs`."""
+
+    machine_id: NotRequired[str]
+    """Only jobs of this machine."""
+    state: NotRequired[JobState]
+    """Only jobs in this state."""
+    external_id: NotRequired[str]
+    """Only jobs with this client id."""
+    operation: NotRequired[JobOperation]
+    """Only jobs with this operation."""
+    created_after: NotRequired[str | datetime]
+    """Only jobs created at this time or later (RFC 3339, for example `2026-03-14T09:26:53.589Z`)."""
+    created_before: NotRequired[str | datetime]
+    """Only jobs created before this time (RFC 3339)."""
+    input_sha256: NotRequired[str]
+    """Only jobs that read a program with this SHA-256."""
+    output_sha256: NotRequired[str]
+    """Only jobs that wrote a program with this SHA-256."""
+
+
+class JobRecord(TypedDict):
+    """Members of every job."""
 
     attempts: int
     """Number of computations that were started; an orderly stop of the service does not count."""
@@ -1886,12 +1826,8 @@ class JobDocument(TypedDict):
     """The operation that was computed."""
     output_sha256: NotRequired[str | None]
     """SHA-256 of the resulting program, or of the table of residuals of a verification."""
-    parameters: Mapping[str, Any]
-    """Parameters of the operation, with defaults filled in."""
     problem: NotRequired[ProblemDocument | None]
     """Why it failed."""
-    progress: float
-    """Completed share, 0 to 1."""
     software_version: str
     """Version of the service."""
     started_at: NotRequired[str | None]
@@ -1900,27 +1836,6 @@ class JobDocument(TypedDict):
     """State of the job."""
     surface_sha256: NotRequired[str | None]
     """SHA-256 of the part's surface, if one was uploaded."""
-
-
-class JobFilters(TypedDict):
-    """The query of `list_jobs`."""
-
-    machine_id: NotRequired[str]
-    """Only jobs of this machine."""
-    state: NotRequired[JobState]
-    """Only jobs in this state."""
-    external_id: NotRequired[str]
-    """Only jobs with this client id."""
-    operation: NotRequired[JobOperation]
-    """Only jobs with this operation."""
-    created_after: NotRequired[str | datetime]
-    """Only jobs created at this time or later (RFC 3339, for example `2026-03-14T09:26:53.589Z`)."""
-    created_before: NotRequired[str | datetime]
-    """Only jobs created before this time (RFC 3339)."""
-    input_sha256: NotRequired[str]
-    """Only jobs that read a program with this SHA-256."""
-    output_sha256: NotRequired[str]
-    """Only jobs that wrote a program with this SHA-256."""
 
 
 class LinearLimits(TypedDict):
@@ -2081,12 +1996,52 @@ class PostingParameters(TypedDict):
     tool_number: NotRequired[int]
     """Number of the tool. If it is absent, it is the tool that the data load."""
     unit: NotRequired[ProgramUnit]
-    """Unit of the lengths if the data state none. If it is absent, the machine's `program_unit` is used."""
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
     work_offset_mm: NotRequired[Vector]
     """
     Origin of the workpiece in machine coordinates at zero pose. Zero is a valid answer; the member is
     needed if words depend on it.
     """
+
+
+class ProgramStatements(TypedDict):
+    """Statements of a request about its program."""
+
+    dialect: NotRequired[Dialect]
+    """Dialect of the program text."""
+    feed_mm_per_min: NotRequired[float]
+    """Feed, if the program has none."""
+    interpolation: NotRequired[Interpolation]
+    """Interpolation of the control. If it is absent, the program decides."""
+    start: NotRequired[StartWords]
+    """Positions before the first block, as words in the program's first work offset."""
+    tool_length_mm: NotRequired[float]
+    """
+    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
+    the machine's tool table is used.
+    """
+    tool_number: NotRequired[int]
+    """
+    Number of the tool to work on, if the program has several; motions with other tools are left
+    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
+    its tool from the machine's tool table.
+    """
+    unit: NotRequired[ProgramUnit]
+    """
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
+    """
+    work_offset_mm: NotRequired[Vector]
+    """
+    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
+    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
+    used.
+    """
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """Origins of the program's work offsets. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class ResolvedOffset(TypedDict):
@@ -2186,15 +2141,15 @@ class ServoPathProgram(TypedDict):
     plane: NotRequired[Plane]
     """Plane that gives the contour error a sign."""
     start: NotRequired[StartWords]
-    """Positions of the axes before the first block."""
+    """Positions before the first block, as words in the program's first work offset."""
     text: str
     """The program."""
     tool_number: NotRequired[int]
     """Number of the tool to simulate, if the program has several."""
     unit: NotRequired[ProgramUnit]
     """
-    Unit of the lengths if the text does not state one. If it is absent, the machine's `program_unit`
-    is used.
+    Unit of the lengths if the program does not state one. If it is absent, the machine's
+    `program_unit` is used.
     """
     work_offsets_mm: NotRequired[WorkOffsets]
     """Origins of the work offsets that the program names."""
@@ -2213,54 +2168,22 @@ class ServoPathTipHold(TypedDict):
     """The tip in the workpiece."""
 
 
-class ServoProgramParameters(TypedDict):
+class ServoProgramParameters(ProgramStatements):
     """Parameters of the simulation of a program."""
 
-    dialect: NotRequired[Dialect]
-    """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float]
-    """Feed, if the program has none."""
     feed_profile: NotRequired[FeedProfile]
     """
-    Jerk-limited feed, one query parameter for each limit: `feed_profile.acceleration_mm_per_s2`. Without
-    it, every block runs at its own feed and no corner is a stop.
+    Jerk-limited feed. In a query: `feed_profile.acceleration_mm_per_s2`. Without it, every block runs at its own
+    feed and no corner is a stop.
     """
-    interpolation: NotRequired[Interpolation]
-    """Interpolation of the control. If it is absent, the program decides."""
     location_errors: NotRequired[LocationErrors]
     """Whether measured errors of the machine are applied."""
     plane: NotRequired[Plane]
     """Plane that gives the contour error a sign."""
     position_gain_scale: NotRequired[FactorsByAxis]
-    """Factors of the position gains, one query parameter for each: `position_gain_scale.C`."""
+    """Factors of the position gains. In a query: `position_gain_scale.C`."""
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
-    start: NotRequired[StartWords]
-    """Positions of the axes before the first block, as words in the program's first work offset."""
-    tool_length_mm: NotRequired[float]
-    """
-    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
-    the machine's tool table is used.
-    """
-    tool_number: NotRequired[int]
-    """
-    Number of the tool to work on, if the program has several; motions with other tools are left
-    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
-    its tool from the machine's tool table.
-    """
-    unit: NotRequired[ProgramUnit]
-    """
-    Unit of the lengths if the program does not state one. If it is absent, the machine's
-    `program_unit` is used.
-    """
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
-    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
-    used.
-    """
-    work_offsets_mm: NotRequired[WorkOffsets]
-    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class SetupError(TypedDict):
@@ -2376,28 +2299,13 @@ class SweepAnswer(TypedDict):
     """Version of the service."""
 
 
-class ToolDocument(TypedDict):
+class ToolDocument(ToolMembers):
     """A stored revision of a tool."""
 
-    corner_radius_mm: NotRequired[float | None]
-    """
-    Corner radius. The kind gives it for a ball (the radius) and for a flat cutter (0); for a bull-nose
-    cutter it is required.
-    """
     created_at: str
     """Time at which this revision was stored."""
-    kind: ToolKind
-    """Form of the cutter's end."""
-    length_mm: NotRequired[float | None]
-    """Length, measured in the same way as `tool_length_mm` in a request."""
     machine_id: str
     """The machine."""
-    name: NotRequired[str | None]
-    """Name in programs, as in `T="BALL_10"` or `TOOL CALL "BALL_10"`. Upper and lower case are the same."""
-    number: NotRequired[int | None]
-    """Number in programs, as in `T12` or `TOOL CALL 12`. A tool has a number, a name or both."""
-    radius_mm: NotRequired[float | None]
-    """Cutter radius. Only a tool of the kind `other` may leave it out."""
     revision: int
     """Counts up from 1; a revision never changes."""
     tool_id: str
@@ -2419,19 +2327,13 @@ class TrendDocument(TypedDict):
     """Unit of the values and uncertainties: `um` or `urad`."""
 
 
-class VerificationParameters(TypedDict):
+class VerificationParameters(ProgramStatements):
     """Parameters of the virtual cutting of a part."""
 
     chordal_tolerance_um: NotRequired[float]
-    """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
+    """Largest distance of the uploaded facets from the smooth surface; default 10."""
     cutting_length_mm: NotRequired[float]
     """Height above the tip up to which the cutter cuts; default four times its radius, at least 30."""
-    dialect: NotRequired[Dialect]
-    """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float]
-    """Feed, if the program has none."""
-    interpolation: NotRequired[Interpolation]
-    """Interpolation of the control. If it is absent, the program decides."""
     limit_um: NotRequired[float]
     """Samples with a residual larger than this, above or below the surface, are counted."""
     location_errors: NotRequired[LocationErrors]
@@ -2440,8 +2342,6 @@ class VerificationParameters(TypedDict):
     """Largest distance between a motion and the straight pieces that replace it."""
     samples: NotRequired[int]
     """Number of sample points on the surface."""
-    start: NotRequired[StartWords]
-    """Positions of the axes before the first block, as words in the program's first work offset."""
     stock_mm: NotRequired[float]
     """
     Height of the stock above the surface. Needles end there; a cutter cuts a needle only if it contains
@@ -2453,30 +2353,6 @@ class VerificationParameters(TypedDict):
     """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
     tool: NotRequired[WearTool]
     """The cutter, as measured. If it is absent, the machine's tool table gives each section its cutter."""
-    tool_length_mm: NotRequired[float]
-    """
-    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
-    the machine's tool table is used.
-    """
-    tool_number: NotRequired[int]
-    """
-    Number of the tool to work on, if the program has several; motions with other tools are left
-    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
-    its tool from the machine's tool table.
-    """
-    unit: NotRequired[ProgramUnit]
-    """
-    Unit of the lengths if the program does not state one. If it is absent, the machine's
-    `program_unit` is used.
-    """
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
-    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
-    used.
-    """
-    work_offsets_mm: NotRequired[WorkOffsets]
-    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 class WearAdvice(TypedDict):
@@ -2534,7 +2410,7 @@ class WearEdge(TypedDict):
     """The wear of one edge."""
 
     edge: NotRequired[str | None]
-    """Name of the edge; null if the cutter was measured as a whole."""
+    """Name of the edge; null for the whole cutter."""
     entries: Sequence[WearTrendPoint]
     """Entries of the edge, ordered by the number of parts."""
     fit: NotRequired[WearFit | None]
@@ -2548,7 +2424,7 @@ class WearEntry(TypedDict):
     cutter_id: str
     """Id of the cutter in the tool."""
     edge: NotRequired[str | None]
-    """Name of the edge; null if the cutter was measured as a whole."""
+    """Name of the edge; null for the whole cutter."""
     flank_wear_um: NotRequired[float | None]
     """Wear of the flank, if it was measured."""
     id: str
@@ -2570,7 +2446,7 @@ class WearEntry(TypedDict):
     withdrawn: NotRequired[Withdrawal | None]
 
 
-class WearFindings(TypedDict):
+class WearFindings(SourceFindings):
     """Results of the compensation for a worn cutter."""
 
     advice: NotRequired[WearAdvice | None]
@@ -2585,28 +2461,22 @@ class WearFindings(TypedDict):
     """Residual of the worn cutter along the normal with the unchanged program, without scallops."""
     blocks_changed: int
     """Number of blocks whose bytes changed."""
-    blocks_in: int
-    """Number of blocks in the upload."""
     blocks_out: int
     """Number of blocks in the answer; there are more only because of blocks with F alone before calls."""
     cc_path_length_mm: float
     """Sum of the chords between contacts."""
     contact: Contact
-    """Source of the cutter contact."""
+    """Where the cutter contact comes from."""
     contact_angle_deg: NotRequired[Pair | None]
     contacts_assumed: NotRequired[int]
     """Number of motions at whose end a contact was assumed from the feed and kept."""
     contacts_kept: int
     """Number of motions at whose end a contact was found and kept."""
     curvature: NotRequired[CurvatureAcrossFeed | None]
-    dialect: Dialect
-    """Dialect in which the text was read."""
     feeds_lowered: int
     """Number of blocks whose F was lowered, so that no block runs faster than in the source."""
     feeds_restored: int
     """Number of blocks that only got the source's F word back, after such blocks."""
-    interpolation: Interpolation
-    """Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so."""
     max_shift_line: NotRequired[int | None]
     """Line of the upload with this shift; null if nothing moved."""
     max_shift_um: float
@@ -2619,64 +2489,18 @@ class WearFindings(TypedDict):
     """Warnings to the caller."""
 
 
-class WearParameters(TypedDict):
+class WearParameters(ProgramStatements, CompensationStatements, WornCutterStatements):
     """Parameters of the compensation for a worn cutter."""
 
     actual_tool: NotRequired[WearTool]
     """The cutter as measured. Give `actual_tool`, `wear_table` or `wear`."""
-    allow_repeated: NotRequired[bool]
-    """
-    Apply the steps `cc` and `singularity` again to a program that already has their stamp, or is an earlier
-    answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
-    repeated.
-    """
     allowed_scallop_um: NotRequired[float]
     """
     For the advice in the report, with `stepover_mm`: the scallop height that is allowed above the
     surface.
     """
-    chordal_tolerance_um: NotRequired[float]
-    """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
-    contact: NotRequired[Contact]
-    """Where the cutter contact comes from; `tip` is not possible here."""
-    contact_gap_um: NotRequired[float]
-    """
-    The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
-    100.
-    """
-    dialect: NotRequired[Dialect]
-    """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float]
-    """Feed, if the program has none."""
-    flatten: NotRequired[bool]
-    """
-    Write the loops and calls of the program out, and compensate the result: one program without loops and
-    calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
-    """
-    interpolation: NotRequired[Interpolation]
-    """Interpolation of the control. If it is absent, the program decides."""
     lead_deg: NotRequired[float]
     """For the advice: inclination of the tool axis in the feed direction, if a cutter is not a ball."""
-    length_in_control: NotRequired[LengthInControl]
-    """Length that the control has; default `nominal` if both lengths are given."""
-    max_feed_mm_per_min: NotRequired[float]
-    """
-    Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
-    absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
-    """
-    milling: NotRequired[Milling]
-    """Part of the cutter that makes the surface."""
-    nominal_tool: NotRequired[WearTool]
-    """The cutter that the program was made for. If it is absent, the machine's tool table gives it."""
-    pass_break_deg: NotRequired[float]
-    """
-    If the feed direction turns by more than this angle, a new pass begins for an assumed contact
-    (`feed-plane`).
-    """
-    stamp: NotRequired[StampForm]
-    """Whether a changed program gets a comment that says so."""
-    start: NotRequired[StartWords]
-    """Positions of the axes before the first block, as words in the program's first work offset."""
     stepover_mm: NotRequired[float]
     """For the advice: step-over of the program."""
     surface: NotRequired[SurfaceKind]
@@ -2686,51 +2510,23 @@ class WearParameters(TypedDict):
     """
     surface_radius_mm: NotRequired[float]
     """For the advice: radius of the surface across the feed."""
-    surface_unit_mm: NotRequired[float]
-    """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
-    tool_length_mm: NotRequired[float]
-    """
-    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
-    the machine's tool table is used.
-    """
-    tool_number: NotRequired[int]
-    """
-    Number of the tool to work on, if the program has several; motions with other tools are left
-    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
-    its tool from the machine's tool table.
-    """
-    unit: NotRequired[ProgramUnit]
-    """
-    Unit of the lengths if the program does not state one. If it is absent, the machine's
-    `program_unit` is used.
-    """
     wear: NotRequired[WearSource]
     """The wear from the machine's entries, instead of `actual_tool`; the tool table then gives both cutters."""
-    wear_table: NotRequired[WearTable]
-    """Wear along the corner; for end milling."""
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
-    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
-    used.
-    """
-    work_offsets_mm: NotRequired[WorkOffsets]
-    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
 
 
 WearStep = TypedDict(
     "WearStep",
     {
-        "actual_tool": NotRequired[WearTool],
         "contact": NotRequired[Contact],
-        "cutter_id": NotRequired[str],
-        "from": NotRequired[WearFrom],
         "length_in_control": NotRequired[LengthInControl],
         "milling": NotRequired[Milling],
         "nominal_tool": NotRequired[WearTool],
         "pass_break_deg": NotRequired[float],
-        "tool_number": NotRequired[int],
         "wear_table": NotRequired[WearTable],
+        "actual_tool": NotRequired[WearTool],
+        "cutter_id": NotRequired[str],
+        "from": NotRequired[WearFrom],
+        "tool_number": NotRequired[int],
     },
 )
 
@@ -2756,42 +2552,37 @@ class WearTrendDocument(TypedDict):
     """Points that a person should check."""
 
 
-class CompensationParameters(TypedDict):
+class CcParameters(ProgramStatements, CompensationStatements, ContactPathStatements):
+    """Parameters of the compensation of the CC path."""
+
+    singular_regions: NotRequired[SingularRegions]
+    """How singular regions are found and treated. In a query: `singular_regions.axis_tolerance_deg`."""
+    singularity: NotRequired[SingularityAction]
+    """Treatment of singular regions, before all other steps."""
+    tool_radius_mm: NotRequired[float]
+    """
+    Cutter radius R. If it is absent, the machine's tool table gives it. Only `contact=tip` needs no
+    radius.
+    """
+
+
+class CcStep(ContactPathStatements):
+    """The step for the cutter-contact path; its members mean the same as in a cc compensation."""
+
+    tool_radius_mm: NotRequired[float]
+    """
+    Cutter radius R that the program was made for. The step `wear` gives it too; a cutter other than
+    `wear.nominal_tool` is refused.
+    """
+
+
+class CompensationParameters(ProgramStatements, CompensationStatements):
     """Parameters of a compensation in one pass: at least one of `wear`, `location_errors`, `cc`."""
 
-    allow_repeated: NotRequired[bool]
-    """
-    Apply the steps `cc` and `singularity` again to a program that already has their stamp, or is an earlier
-    answer of theirs. A program that was smoothed before is not smoothed again. Steps that move ends are never
-    repeated.
-    """
     cc: NotRequired[CcStep]
     """Compensate the cutter-contact path between the ends of blocks."""
-    chordal_tolerance_um: NotRequired[float]
-    """Largest distance of the uploaded facets from the smooth surface that they represent; default 10."""
-    contact_gap_um: NotRequired[float]
-    """
-    The cutter touches the uploaded surface if it is at most this far above or inside the facets; default
-    100.
-    """
-    dialect: NotRequired[Dialect]
-    """Dialect of the program text."""
-    feed_mm_per_min: NotRequired[float]
-    """Feed, if the program has none."""
-    flatten: NotRequired[bool]
-    """
-    Write the loops and calls of the program out, and compensate the result: one program without loops and
-    calls. Without it, motions after a call are left unchanged, and a program with loops is refused.
-    """
-    interpolation: NotRequired[Interpolation]
-    """Interpolation of the control. If it is absent, the program decides."""
     location_errors: NotRequired[bool]
     """True: the program was made for the nominal machine; its words are computed again for the calibrated machine."""
-    max_feed_mm_per_min: NotRequired[float]
-    """
-    Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
-    absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
-    """
     servo_lag: NotRequired[bool]
     """
     Whether the written program is simulated with the machine's drives, if it has any. The error budget
@@ -2801,38 +2592,12 @@ class CompensationParameters(TypedDict):
     """How singular regions are found and treated."""
     singularity: NotRequired[SingularityAction]
     """Treatment of singular regions, before all other steps."""
-    stamp: NotRequired[StampForm]
-    """Whether a changed program gets a comment that says so."""
-    start: NotRequired[StartWords]
-    """Positions of the axes before the first block, as words in the program's first work offset."""
-    surface_unit_mm: NotRequired[float]
-    """Millimetres in one unit of the uploaded surface: 25.4 for inches; default 1."""
-    tool_length_mm: NotRequired[float]
-    """
-    Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
-    the machine's tool table is used.
-    """
-    tool_number: NotRequired[int]
-    """
-    Number of the tool to work on, if the program has several; motions with other tools are left
-    unchanged. A program that calls no tool runs with this one. If it is absent, each section gets
-    its tool from the machine's tool table.
-    """
-    unit: NotRequired[ProgramUnit]
-    """
-    Unit of the lengths if the program does not state one. If it is absent, the machine's
-    `program_unit` is used.
-    """
     wear: NotRequired[WearStep]
     """Move the program for a worn cutter."""
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose, for a program that names at most
-    one work offset. Zero is a valid answer. If it is absent, the machine's `work_offsets_mm` are
-    used.
-    """
-    work_offsets_mm: NotRequired[WorkOffsets]
-    """Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`."""
+
+
+class InterpretationParameters(ProgramStatements):
+    """Parameters of the interpretation of a program."""
 
 
 class InverseAnswer(TypedDict):
@@ -2848,6 +2613,15 @@ class InverseAnswer(TypedDict):
     """Warnings about some poses."""
 
 
+class JobDocument(JobRecord):
+    """A job: the operation, the machine, the uploaded bytes and the result."""
+
+    parameters: Mapping[str, Any]
+    """Parameters of the operation, with defaults filled in."""
+    progress: float
+    """Completed share, 0 to 1."""
+
+
 class Kinematics(TypedDict):
     """Axes, travel and errors."""
 
@@ -2859,76 +2633,49 @@ class Kinematics(TypedDict):
     """Squareness of the linear axes."""
 
 
-class MachineDocument(TypedDict):
-    """A stored revision of a machine."""
+class MachineMembers(TypedDict):
+    """The members of a machine that a request states."""
 
-    asset_id: NotRequired[str | None]
+    asset_id: NotRequired[str]
     """The machine's id in the shop's own lists."""
-    block_time_ms: NotRequired[float | None]
+    block_time_ms: NotRequired[float]
     """Shortest time that the control needs for one block."""
-    calibration_due_days: NotRequired[float | None]
+    calibration_due_days: NotRequired[float]
     """Number of days after which the next calibration is due."""
-    calibration_limits: NotRequired[CalibrationLimits | None]
-    created_at: str
-    """Time at which this revision was stored."""
-    drives: NotRequired[Drives | None]
+    calibration_limits: NotRequired[CalibrationLimits]
+    """Limits of the location errors, for the verdict of the calibration report."""
+    drives: NotRequired[Drives]
+    """Drive constants by axis letter, for the servo simulation."""
     interpolation_period_s: NotRequired[float]
     """The control's interpolation period."""
     kinematics: Kinematics
     """Axes, travel and errors."""
-    machine_coordinates: NotRequired[MachineCoordinates | None]
-    machine_id: str
-    """The id that the client chose."""
-    max_feed_mm_per_min: NotRequired[float | None]
+    machine_coordinates: NotRequired[MachineCoordinates]
+    """Where machine coordinates (G53, SUPA, M91) and reference positions (G28, G30) are."""
+    max_feed_mm_per_min: NotRequired[float]
     """Largest feed that a written F may ask for."""
     name: str
     """The shop's name for the machine."""
-    plane_solution: NotRequired[PlaneSolution | None]
-    program_unit: NotRequired[ProgramUnit | None]
-    revision: int
-    """Counts up from 1; a revision never changes."""
-    rs274_control: NotRequired[bool | None]
+    plane_solution: NotRequired[PlaneSolution]
+    """Which solution of a tilted plane the control takes."""
+    program_unit: NotRequired[ProgramUnit]
+    """Unit of programs that state none, if the request states none."""
+    rs274_control: NotRequired[bool]
     """Programs run as in RS274/NGC."""
-    serial_number: NotRequired[str | None]
+    serial_number: NotRequired[str]
     """The builder's serial number."""
-    start_codes: NotRequired[str | None]
+    start_codes: NotRequired[str]
     """G codes in force when a program begins."""
-    work_offsets_mm: NotRequired[WorkOffsets | None]
+    work_offsets_mm: NotRequired[WorkOffsets]
+    """Work offsets by their names in programs, such as `G54`, `G54.1 P3` and `G505`."""
 
 
-class MachineProfile(TypedDict):
+class MachineProfile(MachineMembers):
     """What the shop states about a machine."""
-
-    asset_id: NotRequired[str | None]
-    """The machine's id in the shop's own lists."""
-    block_time_ms: NotRequired[float | None]
-    """Shortest time that the control needs for one block."""
-    calibration_due_days: NotRequired[float | None]
-    """Number of days after which the next calibration is due."""
-    calibration_limits: NotRequired[CalibrationLimits | None]
-    drives: NotRequired[Drives | None]
-    interpolation_period_s: NotRequired[float]
-    """The control's interpolation period."""
-    kinematics: Kinematics
-    """Axes, travel and errors."""
-    machine_coordinates: NotRequired[MachineCoordinates | None]
-    max_feed_mm_per_min: NotRequired[float | None]
-    """Largest feed that a written F may ask for."""
-    name: str
-    """The shop's name for the machine."""
-    plane_solution: NotRequired[PlaneSolution | None]
-    program_unit: NotRequired[ProgramUnit | None]
-    rs274_control: NotRequired[bool | None]
-    """Programs run as in RS274/NGC."""
-    serial_number: NotRequired[str | None]
-    """The builder's serial number."""
-    start_codes: NotRequired[str | None]
-    """G codes in force when a program begins."""
-    work_offsets_mm: NotRequired[WorkOffsets | None]
 
 
 class ResolvedInputs(TypedDict):
-    """The inputs of a result beside its parameters."""
+    """Inputs that were resolved beside the parameters."""
 
     max_feed_mm_per_min: NotRequired[float | None]
     """Largest F that the service writes; null if the limit is ten times the programmed feed."""
@@ -2952,48 +2699,11 @@ drives.
 """
 
 
-class ServoReport(TypedDict):
-    """The report of a program's servo simulation."""
-
-    axes: Mapping[str, AxisResult]
-    """Results of the axes that move, by letter."""
-    blocks: int
-    """Number of blocks in the upload."""
-    contour_error: ContourError
-    """Contour error on the part."""
-    dialect: Dialect
-    """Dialect in which the text was read."""
-    duration_s: float
-    """Duration of the simulated motions."""
-    input_sha256: str
-    """SHA-256 of the upload."""
-    left_out: Sequence[LeftOut]
-    """Motions at feed that were not simulated."""
-    machine_revision: int
-    """Revision of the machine that was used."""
-    motions_simulated: int
-    """Number of motions at feed that were simulated."""
-    passes: int
-    """Number of passes: motions between two rapids. Each pass starts with the axes at rest."""
-    resolved: NotRequired[ResolvedInputs | None]
-    sample_count: int
-    """Number of samples."""
-    samples: ServoSamples
-    """The run, down-sampled."""
-    software_version: str
-    """Version of the service."""
-
-
-class SimulationRequest(TypedDict):
-    """One path at one feed."""
+class ServoStatements(TypedDict):
+    """Statements of a request about the drives and the path."""
 
     drives: NotRequired[Drives]
     """Drives by axis letter, without a machine; for the two circles."""
-    feed_mm_per_min: NotRequired[float]
-    """
-    Feed along the path; in degrees per minute if the tip rests. For a program: the feed if the
-    program has none.
-    """
     feed_profile: NotRequired[FeedProfile]
     """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
     laps: NotRequired[int]
@@ -3003,9 +2713,10 @@ class SimulationRequest(TypedDict):
     machine_id: NotRequired[str]
     """The machine whose drives and kinematics are used; give either this or `drives`."""
     path: ServoPath
-    """The path that the axes are commanded to follow."""
-    position_gain_scale: NotRequired[Mapping[str, float]]
-    """Factors of the position gains, by axis letter."""
+    """
+    The path that the axes are commanded to follow. All kinds except the two circles need a machine with
+    drives.
+    """
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
     tool_length_mm: NotRequired[float]
@@ -3015,9 +2726,21 @@ class SimulationRequest(TypedDict):
     """
     work_offset_mm: NotRequired[Vector]
     """
-    Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
-    is no default: it must be stated if a result depends on it.
+    Origin of the workpiece in machine coordinates at zero pose. Default: zero. A program has no default:
+    state it if a result depends on it.
     """
+
+
+class SimulationRequest(ServoStatements):
+    """One path at one feed."""
+
+    feed_mm_per_min: NotRequired[float]
+    """
+    Feed along the path; in degrees per minute if the tip rests. For a program: the feed if the
+    program has none.
+    """
+    position_gain_scale: NotRequired[Mapping[str, float]]
+    """Factors of the position gains, by axis letter."""
 
 
 class SphereAxis(TypedDict):
@@ -3055,158 +2778,13 @@ class SphereAxisAnswer(TypedDict):
     """Root of the mean square of the distances along the circles; null if the angles are not known."""
 
 
-class SweepRequest(TypedDict):
+class SweepRequest(ServoStatements):
     """One path with many gains and feeds."""
 
-    drives: NotRequired[Drives]
-    """Drives by axis letter, without a machine; for the two circles."""
     feed_mm_per_min: Sequence[float]
     """Feeds along the path; in degrees per minute if the tip rests."""
-    feed_profile: NotRequired[FeedProfile]
-    """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
-    laps: NotRequired[int]
-    """Number of laps on a closed path, default 2; the last lap is evaluated."""
-    location_errors: NotRequired[LocationErrors]
-    """Whether measured errors of the machine are applied."""
-    machine_id: NotRequired[str]
-    """The machine whose drives and kinematics are used; give either this or `drives`."""
-    path: ServoPath
-    """The path that the axes are commanded to follow."""
     position_gain_scale: NotRequired[Mapping[str, Sequence[float]]]
     """Factors of the position gains, by axis letter: lists of equal length, which are stepped together."""
-    sample_period_s: NotRequired[float]
-    """Sample period of the command."""
-    tool_length_mm: NotRequired[float]
-    """
-    Tool length, added along the zero-pose tool axis; it matters only for head axes. The default
-    is as for `work_offset_mm`.
-    """
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
-    is no default: it must be stated if a result depends on it.
-    """
-
-
-class VerificationReport(TypedDict):
-    """The result of a verification."""
-
-    area_mm2: float
-    """Area of the surface."""
-    blocks: int
-    """Number of blocks in the upload."""
-    convergence: Convergence
-    """Accuracy of the residuals."""
-    dialect: Dialect
-    """Dialect in which the text was read."""
-    excess_over_limit: int
-    """Number of samples with more than `limit_um` left above the surface."""
-    gouge_over_limit: int
-    """Number of samples that are cut deeper than `limit_um` below the surface."""
-    gouged_by_rapid: int
-    """Number of these samples that a rapid cut."""
-    histogram: ResidualHistogram
-    """Histogram of the residuals."""
-    input_sha256: str
-    """SHA-256 of the upload."""
-    left_out: Sequence[LeftOut]
-    """Motions that were not cut because their course is not known."""
-    limit_um: float
-    """Largest residual that is not counted."""
-    machine_revision: int
-    """Revision of the machine that was used."""
-    max_excess: NotRequired[WorstResidual | None]
-    max_gouge: NotRequired[WorstResidual | None]
-    mean_um: NotRequired[float | None]
-    """Mean of the same residuals."""
-    motions_cut: MotionsCut
-    """Motions that were cut."""
-    pieces: int
-    """Number of straight pieces that the motions were divided into."""
-    residuals_sha256: str
-    """SHA-256 of the table of residuals."""
-    resolution_um: float
-    """Largest distance between a motion and the straight pieces that replaced it."""
-    resolved: NotRequired[ResolvedInputs | None]
-    rms_um: NotRequired[float | None]
-    """Root mean square of the residuals where a tool came; null if no tool came."""
-    sample_spacing_mm: float
-    """Side of the square that a sample represents."""
-    samples: int
-    """Number of samples on the surface."""
-    software_version: str
-    """Version of the service."""
-    stock_mm: float
-    """Height of the stock."""
-    surface_mesh: NotRequired[SurfaceMesh | None]
-    surface_sha256: NotRequired[str | None]
-    """SHA-256 of the part's surface, if it was uploaded."""
-    uncut: int
-    """Number of samples that no tool reaches: they keep their stock."""
-    warnings: Sequence[ReportWarning]
-    """Warnings to the caller."""
-    worst_line: NotRequired[int | None]
-    """Line of the upload that left the larger of the two."""
-
-
-class WearReport(TypedDict):
-    """The report of a compensation for a worn cutter."""
-
-    advice: NotRequired[WearAdvice | None]
-    after: DeviationSummary
-    """
-    Distance between the contacts of the worn and the nominal cutter, computed from the written text.
-    Values that depend on an assumed contact are as in `before`.
-    """
-    after_if_assumed: NotRequired[DeviationSummary | None]
-    assumption: NotRequired[AssumedContacts | None]
-    before: DeviationSummary
-    """Residual of the worn cutter along the normal with the unchanged program, without scallops."""
-    blocks_changed: int
-    """Number of blocks whose bytes changed."""
-    blocks_in: int
-    """Number of blocks in the upload."""
-    blocks_out: int
-    """Number of blocks in the answer; there are more only because of blocks with F alone before calls."""
-    cc_path_length_mm: float
-    """Sum of the chords between contacts."""
-    contact: Contact
-    """Source of the cutter contact."""
-    contact_angle_deg: NotRequired[Pair | None]
-    contacts_assumed: NotRequired[int]
-    """Number of motions at whose end a contact was assumed from the feed and kept."""
-    contacts_kept: int
-    """Number of motions at whose end a contact was found and kept."""
-    curvature: NotRequired[CurvatureAcrossFeed | None]
-    dialect: Dialect
-    """Dialect in which the text was read."""
-    feeds_lowered: int
-    """Number of blocks whose F was lowered, so that no block runs faster than in the source."""
-    feeds_restored: int
-    """Number of blocks that only got the source's F word back, after such blocks."""
-    input_sha256: str
-    """SHA-256 of the upload."""
-    interpolation: Interpolation
-    """Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so."""
-    machine_revision: int
-    """Revision of the machine that was used."""
-    max_shift_line: NotRequired[int | None]
-    """Line of the upload with this shift; null if nothing moved."""
-    max_shift_um: float
-    """Largest shift of a tip."""
-    motions_shifted: int
-    """Number of motions that end at another point in the answer."""
-    output_sha256: str
-    """SHA-256 of the answer."""
-    resolved: NotRequired[ResolvedInputs | None]
-    series: DeviationSeries
-    """Both deviations along the path."""
-    software_version: str
-    """Version of the service."""
-    steps: NotRequired[Sequence[StepName] | None]
-    """The steps that changed the program; null if an older version of the service did not record them."""
-    warnings: Sequence[ReportWarning]
-    """Warnings to the caller."""
 
 
 class CalibrationDocument(TypedDict):
@@ -3329,96 +2907,13 @@ class CalibrationRun(TypedDict):
     """The tests with the ball bar."""
 
 
-class CcReport(TypedDict):
-    """The report of a compensation of the CC path."""
-
-    after: DeviationSummary
-    """Deviation of the answer, computed from its own text."""
-    before: DeviationSummary
-    """Deviation of the upload."""
-    blocks_in: int
-    """Number of blocks in the upload."""
-    blocks_inserted: int
-    """Number of inserted blocks."""
-    blocks_out: int
-    """Number of blocks in the answer."""
-    cc_path_length_mm: float
-    """Sum of the chords of the checked motions."""
-    contact: Contact
-    """Source of the cutter contact."""
-    dialect: Dialect
-    """Dialect in which the text was read."""
-    feeds_restored: NotRequired[int]
-    """Number of blocks that only got the source's F word back, after divided blocks."""
-    input_sha256: str
-    """SHA-256 of the upload."""
-    interpolation: Interpolation
-    """Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so."""
-    machine_revision: int
-    """Revision of the machine that was used."""
-    motions_checked: int
-    """Number of motions whose deviation was computed."""
-    motions_left_over: NotRequired[int]
-    """Number of motions over the tolerance that were not divided; a warning gives the reason."""
-    motions_over_tolerance: int
-    """Number of checked motions that exceeded the tolerance."""
-    output_sha256: str
-    """SHA-256 of the answer."""
-    resolved: NotRequired[ResolvedInputs | None]
-    series: DeviationSeries
-    """Deviation along the path."""
-    singularity: NotRequired[SingularityFindings | None]
-    software_version: str
-    """Version of the service."""
-    steps: NotRequired[Sequence[StepName] | None]
-    """The steps that changed the program; null if an older version of the service did not record them."""
-    warnings: Sequence[ReportWarning]
-    """Warnings to the caller."""
-
-
-class CompensationReport(TypedDict):
-    """The report of a compensation in one pass."""
-
-    blocks_in: int
-    """Number of blocks in the upload."""
-    blocks_inserted: int
-    """Number of inserted blocks."""
-    blocks_out: int
-    """Number of blocks in the answer."""
-    cc: NotRequired[CcFindings | None]
-    changes: Changes
-    """Changes that the steps made to the blocks."""
-    dialect: Dialect
-    """Dialect in which the text was read."""
-    error_budget: ErrorBudget
-    """Contribution of each source to the error."""
-    input_sha256: str
-    """SHA-256 of the upload."""
-    interpolation: Interpolation
-    """Interpolation that was assumed: `tcp` if the program switches it on or the parameter says so."""
-    location_errors: NotRequired[LocationErrorFindings | None]
-    machine_revision: int
-    """Revision of the machine that was used."""
-    output_sha256: str
-    """SHA-256 of the answer."""
-    resolved: NotRequired[ResolvedInputs | None]
-    singularity: NotRequired[SingularityFindings | None]
-    software_version: str
-    """Version of the service."""
-    steps: NotRequired[Sequence[StepName] | None]
-    """The steps that changed the program; null if an older version of the service did not record them."""
-    warnings: Sequence[ReportWarning]
-    """Warnings of the steps that move ends; the step `cc` has its own warnings."""
-    wear: NotRequired[WearFindings | None]
-
-
 class Interpretation(TypedDict):
     """The result of the interpretation of a program."""
 
     blocks: int
     """Number of blocks in the upload."""
     dialect: Dialect
-    """Dialect in which the text was read."""
+    """Dialect of the program text."""
     input_sha256: str
     """SHA-256 of the upload."""
     left_alone: Sequence[MotionLeftAlone]
@@ -3435,6 +2930,17 @@ class Interpretation(TypedDict):
     """Warnings to the caller."""
 
 
+class MachineDocument(MachineMembers):
+    """A stored revision of a machine."""
+
+    created_at: str
+    """Time at which this revision was stored."""
+    machine_id: str
+    """The id that the client chose."""
+    revision: int
+    """Counts up from 1; a revision never changes."""
+
+
 class MachinePreset(TypedDict):
     """A common layout of a machine; fill in its numbers, then store it."""
 
@@ -3448,49 +2954,157 @@ class MachinePreset(TypedDict):
     """Short title."""
 
 
-class MatchingRequest(TypedDict):
+class MatchingRequest(ServoStatements):
     """Request for gains that reach a target."""
 
-    drives: NotRequired[Drives]
-    """Drives by axis letter, without a machine; for the two circles."""
     feed_mm_per_min: float
     """Feed at which the gains have to reach the first target."""
-    feed_profile: NotRequired[FeedProfile]
-    """Jerk-limited feed. Without it, the command starts and ends with a step in speed."""
     feed_range_mm_per_min: NotRequired[Pair]
     """Range of feeds in which the limit is searched."""
-    laps: NotRequired[int]
-    """Number of laps on a closed path, default 2; the last lap is evaluated."""
     least_gain_margin: NotRequired[float]
     """Factor by which the position gains stay below the stability limit."""
     least_phase_margin_deg: NotRequired[float]
     """Phase margin that the position loops keep."""
-    location_errors: NotRequired[LocationErrors]
-    """Whether measured errors of the machine are applied."""
-    machine_id: NotRequired[str]
-    """The machine whose drives and kinematics are used; give either this or `drives`."""
-    path: ServoPath
-    """The path that the axes are commanded to follow."""
-    sample_period_s: NotRequired[float]
-    """Sample period of the command."""
     target_um: Sequence[float]
     """
     Largest contour errors allowed. The gains are matched to the first; the feed limit is given for
     each.
     """
-    tool_length_mm: NotRequired[float]
-    """
-    Tool length, added along the zero-pose tool axis; it matters only for head axes. The default
-    is as for `work_offset_mm`.
-    """
-    work_offset_mm: NotRequired[Vector]
-    """
-    Origin of the workpiece in machine coordinates at zero pose; default zero. For a program there
-    is no default: it must be stated if a result depends on it.
-    """
 
 
-class PostingReport(TypedDict):
+class ReportInputs(TypedDict):
+    """The data that a report was computed from."""
+
+    input_sha256: str
+    """SHA-256 of the upload."""
+    machine_revision: int
+    """Revision of the machine that was used."""
+    resolved: NotRequired[ResolvedInputs | None]
+    software_version: str
+    """Version of the service."""
+
+
+class ServoReport(ReportInputs):
+    """The report of a program's servo simulation."""
+
+    axes: Mapping[str, AxisResult]
+    """Results of the axes that move, by letter."""
+    blocks: int
+    """Number of blocks in the upload."""
+    contour_error: ContourError
+    """Contour error on the part."""
+    dialect: Dialect
+    """Dialect of the program text."""
+    duration_s: float
+    """Duration of the simulated motions."""
+    left_out: Sequence[LeftOut]
+    """Motions at feed that were not simulated."""
+    motions_simulated: int
+    """Number of motions at feed that were simulated."""
+    passes: int
+    """Number of passes: motions between two rapids. Each pass starts with the axes at rest."""
+    sample_count: int
+    """Number of samples."""
+    samples: ServoSamples
+    """The run, down-sampled."""
+
+
+class VerificationReport(ReportInputs):
+    """The result of a verification."""
+
+    area_mm2: float
+    """Area of the surface."""
+    blocks: int
+    """Number of blocks in the upload."""
+    convergence: Convergence
+    """Accuracy of the residuals."""
+    dialect: Dialect
+    """Dialect of the program text."""
+    excess_over_limit: int
+    """Number of samples with more than `limit_um` left above the surface."""
+    gouge_over_limit: int
+    """Number of samples that are cut deeper than `limit_um` below the surface."""
+    gouged_by_rapid: int
+    """Number of these samples that a rapid cut."""
+    histogram: ResidualHistogram
+    """Histogram of the residuals."""
+    left_out: Sequence[LeftOut]
+    """Motions that were not cut because their course is not known."""
+    limit_um: float
+    """Largest residual that is not counted."""
+    max_excess: NotRequired[WorstResidual | None]
+    max_gouge: NotRequired[WorstResidual | None]
+    mean_um: NotRequired[float | None]
+    """Mean of the same residuals."""
+    motions_cut: MotionsCut
+    """Motions that were cut."""
+    pieces: int
+    """Number of straight pieces that the motions were divided into."""
+    residuals_sha256: str
+    """SHA-256 of the table of residuals."""
+    resolution_um: float
+    """Largest distance between a motion and the straight pieces that replaced it."""
+    rms_um: NotRequired[float | None]
+    """Root mean square of the residuals where a tool came; null if no tool came."""
+    sample_spacing_mm: float
+    """Side of the square that a sample represents."""
+    samples: int
+    """Number of samples on the surface."""
+    stock_mm: float
+    """Height of the stock."""
+    surface_mesh: NotRequired[SurfaceMesh | None]
+    surface_sha256: NotRequired[str | None]
+    """SHA-256 of the part's surface, if it was uploaded."""
+    uncut: int
+    """Number of samples that no tool reaches: they keep their stock."""
+    warnings: Sequence[ReportWarning]
+    """Warnings to the caller."""
+    worst_line: NotRequired[int | None]
+    """Line of the upload that left the larger of the two."""
+
+
+class WearReport(WearFindings, ReportInputs):
+    """The report of a compensation for a worn cutter."""
+
+    output_sha256: str
+    """SHA-256 of the answer."""
+    steps: NotRequired[Sequence[StepName] | None]
+    """The steps that changed the program; null if an older version of the service did not record them."""
+
+
+class CcReport(CcFindings, ReportInputs):
+    """The report of a compensation of the CC path."""
+
+    output_sha256: str
+    """SHA-256 of the answer."""
+    steps: NotRequired[Sequence[StepName] | None]
+    """The steps that changed the program; null if an older version of the service did not record them."""
+
+
+class CompensationReport(SourceFindings, ReportInputs):
+    """The report of a compensation in one pass."""
+
+    blocks_inserted: int
+    """Number of inserted blocks."""
+    blocks_out: int
+    """Number of blocks in the answer."""
+    cc: NotRequired[CcFindings | None]
+    changes: Changes
+    """Changes that the steps made to the blocks."""
+    error_budget: ErrorBudget
+    """Contribution of each source to the error."""
+    location_errors: NotRequired[LocationErrorFindings | None]
+    output_sha256: str
+    """SHA-256 of the answer."""
+    singularity: NotRequired[SingularityFindings | None]
+    steps: NotRequired[Sequence[StepName] | None]
+    """The steps that changed the program; null if an older version of the service did not record them."""
+    warnings: Sequence[ReportWarning]
+    """Warnings of the steps that move ends; the step `cc` has its own warnings."""
+    wear: NotRequired[WearFindings | None]
+
+
+class PostingReport(ReportInputs):
     """The report of a posting."""
 
     arcs: int
@@ -3505,14 +3119,10 @@ class PostingReport(TypedDict):
     """Post-processor statements that became comments in the program."""
     dialect: Dialect
     """Dialect in which the upload was read."""
-    input_sha256: str
-    """SHA-256 of the upload."""
     interpolation: Interpolation
     """Meaning of X Y Z in the program."""
     linear_decimals: int
     """Digits after the decimal point of X Y Z."""
-    machine_revision: int
-    """Revision of the machine that was used."""
     output_dialect: Dialect
     """Dialect of the program."""
     output_sha256: str
@@ -3525,13 +3135,10 @@ class PostingReport(TypedDict):
     """Post-processor statements that became words of the program: stops, dwells, spindle, coolant."""
     read_back: PostingReadBack
     """Result of reading the program back."""
-    resolved: NotRequired[ResolvedInputs | None]
     rewinds: int
     """Points at which a rotary axis turns by more than 120°."""
     rotary_decimals: int
     """Digits after the decimal point of the rotary words."""
-    software_version: str
-    """Version of the service."""
     steps: NotRequired[Sequence[StepName] | None]
     """The steps that changed the program; null if an older version of the service did not record them."""
     warnings: Sequence[ReportWarning]
