@@ -709,6 +709,10 @@ Unit of the lengths if the program does not state one. If it is absent, the mach
 """
 
 
+RadiusOffsets: TypeAlias = Mapping[str, float]
+"""Radii by register: geometry and wear together"""
+
+
 class Reading(TypedDict):
     """One reading of the bar."""
 
@@ -1849,8 +1853,11 @@ class LinearLimits(TypedDict):
 class MachineCoordinates(TypedDict):
     """Where the control's machine coordinates count from."""
 
+    external_offset_mm: NotRequired[Vector | None]
     reference_positions: NotRequired[Sequence[Mapping[str, float]]]
     """Machine coordinates of G28, then of G30 P2, P3 and P4, by axis letter: mm or degrees."""
+    retract_z_mm: NotRequired[float | None]
+    """Z in machine coordinates at which `M140 MB MAX` ends."""
     tool_length_counts: NotRequired[bool | None]
     """Whether the tool length in force counts in machine coordinates."""
     zero_mm: Vector
@@ -2016,6 +2023,8 @@ class ProgramStatements(TypedDict):
     """Feed, if the program has none."""
     interpolation: NotRequired[Interpolation]
     """Interpolation of the control. If it is absent, the program decides."""
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     start: NotRequired[StartWords]
     """Positions before the first block, as words in the program's first work offset."""
     tool_length_mm: NotRequired[float]
