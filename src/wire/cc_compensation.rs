@@ -133,6 +133,7 @@ impl Default for CcParameters {
             unit: None,
             work_offset_mm: None,
             work_offsets_mm: None,
+            radius_offsets_mm: None,
             tool_length_mm: None,
             tool_number: None,
             start: None,

@@ -80,11 +80,12 @@ impl InterpretationParameters {
     /// # Errors
     /// A member is not what every operation takes.
     pub fn of_job(parameters: &Value) -> Result<Self, serde_json::Error> {
-        const STATEMENTS: [&str; 9] = [
+        const STATEMENTS: [&str; 10] = [
             "interpolation",
             "unit",
             "work_offset_mm",
             "work_offsets_mm",
+            "radius_offsets_mm",
             "tool_length_mm",
             "tool_number",
             "start",

@@ -22,6 +22,12 @@ pub struct MachineCoordinates {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(max_items = 4)]
     pub reference_positions: Vec<BTreeMap<String, f64>>,
+    /// What the control adds to the origins that a program writes by G10 L2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub external_offset_mm: Option<Fixed<3>>,
+    /// Z in machine coordinates at which `M140 MB MAX` ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub retract_z_mm: Option<f64>,
 }
 
 /// How many characters of a wrong letter an error shows.
@@ -34,6 +40,15 @@ impl MachineCoordinates {
         for (place, value) in self.zero_mm.0.into_iter().enumerate() {
             let most = Machine::MAX_LENGTH_MM;
             faults.check_range(|| format!("{at}/zero_mm/{place}"), value, -most, most);
+        }
+        let external_mm = self.external_offset_mm.into_iter().flat_map(|offset| offset.0).enumerate();
+        for (place, value) in external_mm {
+            let most = Machine::MAX_LENGTH_MM;
+            faults.check_range(|| format!("{at}/external_offset_mm/{place}"), value, -most, most);
+        }
+        if let Some(value) = self.retract_z_mm {
+            let most = Machine::MAX_LENGTH_MM;
+            faults.check_range(|| format!("{at}/retract_z_mm"), value, -most, most);
         }
         if self.reference_positions.len() > MAX_REFERENCE_POSITIONS {
             let count = self.reference_positions.len();
@@ -71,6 +86,10 @@ impl MachineCoordinates {
         Self {
             zero_mm: Fixed(self.zero_mm.0.map(|value| value + 0.0)),
             reference_positions: self.reference_positions.into_iter().map(positive).collect(),
+            external_offset_mm: self
+                .external_offset_mm
+                .map(|offset| Fixed(offset.0.map(|value| value + 0.0))),
+            retract_z_mm: self.retract_z_mm.map(|value| value + 0.0),
             ..self
         }
     }
@@ -89,6 +108,8 @@ impl MachineCoordinates {
             zero_mm: self.zero_mm.0,
             length_counts: self.tool_length_counts,
             references: self.reference_positions.iter().map(in_order).collect(),
+            external_mm: self.external_offset_mm.map(|offset| offset.0),
+            retract_z_mm: self.retract_z_mm,
         }
     }
 }

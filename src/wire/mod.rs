@@ -35,6 +35,7 @@ mod presets;
 mod printable;
 mod program_words;
 mod query;
+mod radius_offsets;
 mod reading;
 mod report_parts;
 mod residuals;
@@ -122,6 +123,7 @@ pub use posting::{
 pub use presets::{DrivePresetDoc, Preset, drive_presets, example_machine, presets};
 pub use program_words::{Contact, Dialect, Interpolation, StepName};
 pub use query::{NoParameters, QueryFault, read_query};
+pub use radius_offsets::RadiusOffsets;
 pub use reading::{Unreadable, read_json};
 pub use report_parts::{DeviationSeries, DeviationSummary, Provenance, Warning};
 pub use residuals::{ResidualRow, fault_of_table};

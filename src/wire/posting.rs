@@ -118,6 +118,7 @@ impl PostingParameters {
             unit: self.unit,
             work_offset_mm: self.work_offset_mm,
             work_offsets_mm: None,
+            radius_offsets_mm: None,
             tool_length_mm: self.tool_length_mm,
             tool_number: self.tool_number,
             start: None,

@@ -66,6 +66,7 @@ impl ServoProgramParameters {
             unit: *unit,
             work_offset_mm: request.work_offset_mm,
             work_offsets_mm: work_offsets_mm.clone(),
+            radius_offsets_mm: None,
             tool_length_mm: request.tool_length_mm,
             tool_number: *tool_number,
             start: *start,

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{CcParameters, Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, WorkOffsets};
+use super::{
+    CcParameters, Dialect, Fault, FaultList, Fixed, Interpolation, ProgramUnit, RadiusOffsets, WorkOffsets,
+};
 use crate::description::ToSchema;
 use crate::machine::Machine;
 use crate::motion::{self, StartModes, WorkOffset};
@@ -37,6 +39,9 @@ macro_rules! program_parameters {
             /// Origins of the work offsets that the program names. In a query: `work_offsets_mm.G54.1 P3`.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub work_offsets_mm: Option<$crate::wire::WorkOffsets>,
+            /// Radii in the registers that G41 and G42 name, geometry and wear together.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub radius_offsets_mm: Option<$crate::wire::RadiusOffsets>,
             /// Length of the tool, for head axes and machine coordinates. Zero is a valid answer. If it is absent,
             /// the machine's tool table is used.
             #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -67,6 +72,7 @@ macro_rules! program_parameters {
                     unit: self.unit,
                     work_offset_mm: self.work_offset_mm,
                     work_offsets_mm: self.work_offsets_mm.as_ref(),
+                    radius_offsets_mm: self.radius_offsets_mm.as_ref(),
                     tool_length_mm: self.tool_length_mm,
                     tool_number: self.tool_number,
                     start: self.start,
@@ -129,6 +135,7 @@ pub struct Statements<'a> {
     pub unit: Option<ProgramUnit>,
     pub work_offset_mm: Option<Fixed<3>>,
     pub work_offsets_mm: Option<&'a WorkOffsets>,
+    pub radius_offsets_mm: Option<&'a RadiusOffsets>,
     pub tool_length_mm: Option<f64>,
     pub tool_number: Option<u32>,
     pub start: Option<StartWords>,
@@ -196,6 +203,9 @@ impl Statements<'_> {
         if let Some(offsets) = self.work_offsets_mm {
             offsets.check("/work_offsets_mm", faults);
         }
+        if let Some(radii) = self.radius_offsets_mm {
+            radii.check(faults);
+        }
         if let Some(length_mm) = self.tool_length_mm {
             faults.check_range(|| "/tool_length_mm".to_owned(), length_mm, -max_mm, max_mm);
         }
@@ -229,6 +239,7 @@ impl Statements<'_> {
             interpolation: self.interpolation.map(Interpolation::to_core),
             feed: self.feed_mm_per_min.map(Feedrate::from_mm_per_min),
             work_offsets: Arc::new(work_offsets),
+            radius_offsets: Arc::new(self.radius_offsets_mm.map(RadiusOffsets::to_core).unwrap_or_default()),
             tools: Tools::with(self.tool_number, self.tool_length_mm.map(Length::from_mm), Arc::clone(table)),
             start_modes: of_machine.start_modes,
             start: self.start.map_or_else(StartPosition::default, |start| start.to_core(machine, faults)),

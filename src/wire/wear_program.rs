@@ -181,6 +181,7 @@ impl WearParameters {
             unit: None,
             work_offset_mm: None,
             work_offsets_mm: None,
+            radius_offsets_mm: None,
             tool_length_mm: None,
             tool_number: None,
             start: None,

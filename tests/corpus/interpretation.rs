@@ -215,7 +215,7 @@ fn share(what: &str, [of_reference, least]: [usize; 2], total: usize, found: usi
 /// The machine of the RS274/NGC programs, whose machine coordinates are those of M.
 fn rs274_machine() -> Machine {
     let coordinates =
-        MachineCoordinates { zero_mm: [0.0; 3], length_counts: Some(false), references: Vec::new() };
+        MachineCoordinates { zero_mm: [0.0; 3], length_counts: Some(false), ..MachineCoordinates::default() };
     let machine = tables([RotaryLetter::A, RotaryLetter::C], false);
     machine.with_machine_coordinates(Some(coordinates)).with_rs274_control(true)
 }

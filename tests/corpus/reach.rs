@@ -14,10 +14,14 @@ use trunnion::kinematics::Setup;
 use trunnion::machine::{
     MAX_REFERENCE_POSITIONS, MachineCoordinates, PlaneRule, PlaneSolution, RotaryLetter,
 };
-use trunnion::motion::{Interpolation, StartModes, Unfollowable, WorkOffset, WorkOffsets};
+use trunnion::motion::{
+    Interpolation, RadiusOffsets, RadiusRegister, StartModes, Unfollowable, WorkOffset, WorkOffsets,
+};
 use trunnion::process::{
     Interpreted, OpenSubprogram, ProgramSetup, ProgramSource, StartPosition, interpret_program,
 };
+
+use trunnion::program::Dialect;
 
 use crate::set_ups::in_mm;
 use crate::tables::tables;
@@ -52,8 +56,8 @@ const NO_PROGRAMS: [&str; 7] = [
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Reach {
     Whole,
-    /// All but motions to reference positions and in machine coordinates.
-    ButForRetracts,
+    /// All but motions to reference positions and in machine coordinates: places of the machine, whatever else is known.
+    ButForPlaces,
     InPart,
     LeftUnchanged,
     Refused,
@@ -63,7 +67,7 @@ enum Reach {
 
 /// In the order of the table's columns.
 const REACHES: [Reach; 6] =
-    [Reach::Whole, Reach::ButForRetracts, Reach::InPart, Reach::LeftUnchanged, Reach::Refused, Reach::Still];
+    [Reach::Whole, Reach::ButForPlaces, Reach::InPart, Reach::LeftUnchanged, Reach::Refused, Reach::Still];
 
 /// A program, how far it is followed, its motions that are followed, and what stops the others.
 struct Measured {
@@ -145,10 +149,25 @@ impl ProgramSource for WithNeighbours<'_> {
 }
 
 /// The codes in force at the start, as a profile states them. A Sinumerik begins in G1, unless its builder chose another
-/// code.
+/// code. Most other controls return to the initial level after a cycle.
 fn start_codes(name: &str) -> &'static str {
-    if Path::new(name).extension().is_some_and(|extension| extension == "mpf") { "G1" } else { "" }
+    if Path::new(name).extension().is_some_and(|extension| extension == "mpf") { "G1" } else { "G98" }
 }
+
+/// Programs whose control is `LinuxCNC`: its tests, and those of its own machines.
+fn is_for_rs274(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.to_string_lossy().contains(RS274) || name.starts_with("linuxcnc_")
+}
+
+/// The dialect, where the head of a listing does not show it.
+fn stated_dialect(path: &Path) -> Option<Dialect> {
+    path.to_string_lossy().contains("okuma").then_some(Dialect::Okuma)
+}
+
+/// The radius that the request states for each register of the control \[mm\].
+const RADIUS_MM: f64 = 1.0;
+const MOST_REGISTERS: u16 = 20;
 
 /// The work offsets that the request states.
 const OFFSETS: [&str; 16] = [
@@ -162,14 +181,17 @@ fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
         zero_mm: [0.0; 3],
         length_counts: Some(false),
         references: vec![[Some(0.0); 5]; MAX_REFERENCE_POSITIONS],
+        external_mm: Some([0.0; 3]),
+        retract_z_mm: Some(0.0),
     };
     let machine = tables(letters(text), false)
         .with_plane_solution(Some(solution))
         .with_machine_coordinates(Some(coordinates))
-        .with_rs274_control(path.to_string_lossy().contains(RS274));
+        .with_rs274_control(is_for_rs274(path));
     let start = StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] };
     let start_modes = StartModes::from_codes(start_codes(&name)).unwrap();
     let program = ProgramSetup {
+        dialect: stated_dialect(path),
         start,
         start_modes,
         interpolation: stated(text),
@@ -184,15 +206,21 @@ fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
                 .collect(),
             ..WorkOffsets::default()
         }),
+        radius_offsets: Arc::new(RadiusOffsets {
+            by_register_mm: (1..=MOST_REGISTERS)
+                .flat_map(|number| [RadiusRegister::D(number), RadiusRegister::H(number)])
+                .map(|register| (register, RADIUS_MM))
+                .collect(),
+        }),
         ..in_mm(&Setup::default())
     };
-    let (mut followed, mut only_retracts) = (0, true);
+    let (mut followed, mut only_places) = (0, true);
     let mut in_the_way: BTreeMap<String, u64> = BTreeMap::new();
     let mut take = |told: &Interpreted| {
         match told {
             Interpreted::Motion(_) => followed += 1,
             Interpreted::LeftAlone { reason, .. } => {
-                only_retracts &= matches!(reason, Unfollowable::Reference | Unfollowable::MachineCoordinates);
+                only_places &= matches!(reason, Unfollowable::Reference | Unfollowable::MachineCoordinates);
                 *in_the_way.entry(reason.to_string()).or_default() += 1;
             }
         }
@@ -204,7 +232,7 @@ fn measure(name: String, path: &Path, text: &[u8]) -> Measured {
         Err(_) => Reach::Refused,
         Ok(_) if followed == 0 && in_the_way.is_empty() => Reach::Still,
         Ok(_) if in_the_way.is_empty() => Reach::Whole,
-        Ok(_) if followed > 0 && only_retracts => Reach::ButForRetracts,
+        Ok(_) if followed > 0 && only_places => Reach::ButForPlaces,
         Ok(_) if followed > 0 => Reach::InPart,
         Ok(_) => Reach::LeftUnchanged,
     };
@@ -231,7 +259,7 @@ fn measured(folder: &Path) -> Vec<(&'static str, Vec<Measured>)> {
 fn page(measured: &[(&'static str, Vec<Measured>)]) -> String {
     let mut page = format!("{BEGIN}\n\n");
     page.push_str(
-        "| folder | programs | whole | all but retracts | in part | left unchanged | refused | no motion |\n\
+        "| folder | programs | whole | but for places of the machine | in part | left unchanged | refused | no motion |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
     let count = |programs: &[Measured], reach: Reach| {

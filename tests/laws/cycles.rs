@@ -53,7 +53,7 @@ fn followed(told: Vec<Interpreted>, text: &str) -> Vec<(InterpretedKind, [Option
 const START: &str = "G90 G17 G94 G0 X0 Y0 Z50 A0 C0\n";
 
 /// Blocks with cycles, and the same holes written out.
-const ALIKE: [(&str, &str); 8] = [
+const ALIKE: [(&str, &str); 11] = [
     (
         "G98 G81 X1 Y2 Z-5 R3 F100\nX4\nG80\nG0 X9\n",
         "X1 Y2\nZ3\nG1 Z-5 F100\nG0 Z50\nX4\nZ3\nG1 Z-5\nG0 Z50\nX9\n",
@@ -61,6 +61,11 @@ const ALIKE: [(&str, &str); 8] = [
     ("G99 G82 Z-5 R3 P500 F100\nY7\nG80 X9\nG0 X9", "Z3\nG1 Z-5 F100\nG0 Z3\nY7\nG1 Z-5\nG0 Z3\nX9\n"),
     ("G98\nG83 X1 Z-5 R3 Q2 F100\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nG0 Z50\nX9\n"),
     ("G99 G85 X1 Z-5 R3 F100\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nZ3\nG0 X9\n"),
+    // The spindle turns back on the way up.
+    ("G99 G84 X1 Z-5 R3 F100\nX2\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nZ3\nG0 X2\nG1 Z-5\nZ3\nG0 X9\n"),
+    ("G99 G74 X1 Z-5 R3 P500 F100\nG0 X9\n", "X1\nZ3\nG1 Z-5 F100\nZ3\nG0 X9\n"),
+    // After a series that G0 preceded, G0 is in force again.
+    ("G99 G81 X1 Z-5 R3 F100\nG80\nX4 Z7\n", "X1\nZ3\nG1 Z-5 F100\nG0 Z3\nX4 Z7\n"),
     // R and the depth count from each other in G91, and the place moves on.
     (
         "G98 G91 G81 X1 Z-8 R-47 L2 F100\nG90 G0 X9\n",
@@ -161,7 +166,7 @@ fn a_cycle_that_rises_at_an_unknown_place_is_left_alone() {
 }
 
 /// Blocks whose cycle is left alone, after which the drilled axis is not known.
-const LEFT_ALONE: [&str; 21] = [
+const LEFT_ALONE: [&str; 20] = [
     // No level of retraction, another sense, not below the plane, below the plane before it.
     "G81 X1 Z-5 R3 F100\n",
     "G98 G81 X1 Z5 R3 F100\n",
@@ -170,8 +175,7 @@ const LEFT_ALONE: [&str; 21] = [
     // Nothing states R or the depth.
     "G98 G81 X1 R3 F100\n",
     "G98 G81 X1 Z-5 F100\n",
-    // Controls differ in the way up, in what is kept, in a repetition of none.
-    "G98 G85 X1 Z-5 R3 F100\n",
+    // Controls differ in the way aside, in what is kept, in a repetition of none.
     "G98 G76 X1 Z-5 R3 Q1 F100\n",
     "G98 G87 X1 Z-5 R3 F100\n",
     "G98 G88 X1 Z-5 R3 F100\n",
@@ -208,12 +212,45 @@ fn a_cycle_that_controls_run_differently_is_left_alone() {
 }
 
 #[test]
-fn a_thread_is_left_alone_and_its_end_is_known() {
-    let found = understood(Dialect::Iso, &format!("{START}G98 G84 X1 Z-5 R3 F100\nX2\nG0 X9\n"));
-    assert!(matches!(found[1], Interpreted::LeftAlone { line: 2, reason: Unfollowable::CannedCycle, .. }));
-    assert!(matches!(found[2], Interpreted::LeftAlone { line: 3, .. }));
-    let Interpreted::Motion(last) = found[3] else { panic!("{found:?}") };
-    assert_eq!(last.joints, [Some(9.0), Some(0.0), Some(50.0), Some(0.0), Some(0.0)]);
+fn above_r_no_feed_of_a_bore_or_a_thread_is_certain() {
+    for cycle in ["G74", "G84", "G85", "G89"] {
+        let text = format!("{START}G98 {cycle} X1 Z-5 R3 F100\nX2\nG0 X9\n");
+        let found = motions(Dialect::Iso, &text);
+        let at = |x: f64, z: f64| [x, 0.0, z].map(Some);
+        let (rapid, linear) = (InterpretedKind::Rapid, InterpretedKind::Linear);
+        let hole = |x: f64| {
+            [
+                (rapid, at(x, 50.0), None),
+                (rapid, at(x, 3.0), None),
+                (linear, at(x, -5.0), Some(100.0)),
+                (linear, at(x, 3.0), Some(100.0)),
+                (linear, at(x, 50.0), None),
+            ]
+        };
+        let wanted = [&hole(1.0)[..], &hole(2.0), &[(rapid, at(9.0, 50.0), None)]].concat();
+        assert_eq!(found[1..], wanted, "{text}");
+        // Such a control goes on at the feed.
+        let rs274 =
+            Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap().with_rs274_control(true);
+        let found = followed(understood_on(&rs274, Dialect::Iso, &text), &text);
+        assert_eq!(found[4], (linear, at(1.0, 50.0), Some(100.0)), "{text}");
+    }
+}
+
+#[test]
+fn the_mode_after_a_series_is_known_where_all_controls_agree() {
+    let left = |machine: &Machine, text: &str| {
+        let found = understood_on(machine, Dialect::Iso, &format!("{START}{text}"));
+        found.iter().filter(|told| matches!(told, Interpreted::LeftAlone { .. })).count()
+    };
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    let series = "G99 G81 X1 Z-5 R3 F100\n";
+    assert_eq!(left(&machine, &format!("{series}X2\nG80\nX4\n")), 0);
+    // Some controls go back to G1, and others begin G0.
+    assert_eq!(left(&machine, &format!("G1 X0 F100\n{series}G80\nX4\n")), 1);
+    // Words beside G80, and a control that refuses words without a mode.
+    assert_eq!(left(&machine, &format!("{series}G80 X4\n")), 1);
+    assert_eq!(left(&machine.with_rs274_control(true), &format!("{series}G80\nX4\n")), 1);
 }
 
 /// After a tool change no place is known until the program names it.

@@ -299,16 +299,57 @@ fn a_modal_cycle_that_is_not_followed_leaves_the_way_to_its_places_followed() {
         motion(Rapid, [9.0, 9.0, 50.0], 0.0),
     ];
     assert!(is_near(&found, &wanted), "{found:?}");
-    // The thread itself is left alone. Its end is the retract plane.
-    let found = siemens("MCALL CYCLE84(20,3,2,-12.5,,,3,,1.25,0,500,500)\nX5\nY6\nMCALL\nX9\n");
-    let wanted = [
-        motion(Rapid, [5.0, 2.0, 50.0], 0.0),
-        left(5),
-        motion(Rapid, [5.0, 6.0, 20.0], 0.0),
-        left(6),
-        motion(Rapid, [9.0, 6.0, 20.0], 0.0),
-    ];
-    assert!(is_near(&found, &wanted), "{found:?}");
+}
+
+/// A thread has the pitch times the speed as its feed, if the cycle states both.
+#[test]
+fn a_thread_goes_down_and_up_to_the_clearance_at_the_feed_of_its_pitch() {
+    let thread = |plane: f64, depth: f64, end: f64, feeds: [Option<f64>; 2]| {
+        let at = |z: f64| [1.0, 2.0, z].map(Some);
+        let mut all = vec![
+            Told::Motion(Rapid, at(plane), None),
+            Told::Motion(Linear, at(depth), feeds[0]),
+            Told::Motion(Linear, at(plane), feeds[1]),
+        ];
+        if end > plane {
+            all.push(Told::Motion(Rapid, at(end), None));
+        }
+        all
+    };
+    for (cycle, feeds) in [
+        ("CYCLE84(20,3,2,-12.5,,,3,,1.25,0,500,800)", [Some(625.0), Some(1000.0)]),
+        ("CYCLE84(20,3,2,-12.5,,,3,,-1.25,0,500)", [Some(625.0); 2]),
+        ("CYCLE84(20,3,2,-12.5,,,3,,1.25,0,500,0)", [Some(625.0); 2]),
+        // The pitch of a standard thread, a speed of the program, and a speed that is not known.
+        ("CYCLE84(20,3,2,-12.5,,,3,8,,0,500,500)", [None; 2]),
+        ("CYCLE84(20,3,2,-12.5,,,3,,1.25,0)", [None; 2]),
+        ("CYCLE84(20,3,2,-12.5,,,3,,1.25,0,500,R7)", [None; 2]),
+        ("CYCLE84(20,3,2,,15.5)", [None; 2]),
+        ("CYCLE840(20,3,2,-12.5,,0,4,3,0,,1.25)", [None; 2]),
+    ] {
+        let found = siemens(&format!("{cycle}\nG0 X1\n"));
+        let mut wanted = thread(5.0, -12.5, 20.0, feeds);
+        wanted.push(motion(Rapid, [1.0, 2.0, 20.0], 0.0));
+        assert!(is_near(&found, &wanted), "{cycle}\n{found:?}\n{wanted:?}");
+    }
+    // F of the program is no feed of a thread, and it is not known after the thread.
+    let found = siemens("G95 F0.5\nCYCLE84(20,3,2,-12.5,,,3,,1.25,0,500)\nG94 G1 X5\n");
+    assert_eq!(found.get(1), Some(&Told::Motion(Linear, [1.0, 2.0, -12.5].map(Some), None)), "{found:?}");
+    for (cycle, feeds) in [
+        (with_levels(206, &[(206, "+80"), (211, "+0")]), [Some(80.0); 2]),
+        (with_levels(207, &[(239, "+1")]), [None; 2]),
+        (with_levels(209, &[(239, "+1"), (257, "+5"), (256, "+1"), (336, "+0"), (403, "+1")]), [None; 2]),
+    ] {
+        let found = heidenhain(&format!("{cycle}CYCL CALL\nL X+1 FMAX\n"));
+        let mut wanted = thread(5.0, -12.5, 20.0, feeds);
+        wanted.push(motion(Rapid, [1.0, 2.0, 20.0], 0.0));
+        assert!(is_near(&found, &wanted), "{cycle}\n{found:?}\n{wanted:?}");
+    }
+    // At feed the tool would end below the clearance, and a parameter is not known.
+    for cycle in ["CYCLE84(4,3,2,-12.5,,,3,,1.25,0,500)", "CYCLE84(20,3,2,-12.5,,,3,,1.25,0,500,500,1)"] {
+        let found = siemens(&format!("{cycle}\nG0 X9\n"));
+        assert_eq!(found.first(), Some(&Told::Left(4, Unfollowable::CannedCycle)), "{cycle}: {found:?}");
+    }
 }
 
 #[test]
@@ -556,16 +597,6 @@ fn conversational_cycles_that_are_not_certain_are_left_alone() {
         assert_eq!(feeds_down.count(), 0, "{text}: {found:?}");
         let Some(Told::Motion(_, [.., z], _)) = found.last() else { panic!("{text}: {found:?}") };
         assert_eq!(*z, None, "{text}: {found:?}");
-    }
-    // Threads end where drilling ends.
-    for thread in [
-        with_levels(206, &[(206, "+80"), (211, "+0")]),
-        with_levels(207, &[(239, "+1")]),
-        with_levels(209, &[(239, "+1"), (257, "+5"), (256, "+1"), (336, "+0"), (403, "+1")]),
-    ] {
-        let found = heidenhain(&format!("{thread}L X+4 FMAX M99\nL X+5 FMAX\n"));
-        assert!(matches!(found.get(1), Some(Told::Left(_, Unfollowable::CannedCycle))), "{found:?}");
-        assert_eq!(found.last(), Some(&motion(Rapid, [5.0, 2.0, 20.0], 0.0)), "{thread}");
     }
 }
 

@@ -16,8 +16,8 @@ use proptest::prelude::*;
 use trunnion::machine::{Machine, MachineCoordinates, PlaneRule, PlaneSolution, Preset, RotaryLetter};
 use trunnion::motion::{ModalGroup, Unfollowable, WorkOffset, WorkOffsets};
 use trunnion::process::{
-    Interpreted, InterpretedMotion, ListedTool, ProgramSetup, StartPosition, ToolTable, Tools,
-    interpret_program,
+    Interpreted, InterpretedKind, InterpretedMotion, ListedTool, ProgramSetup, StartPosition, ToolTable,
+    Tools, interpret_program,
 };
 use trunnion::program::Dialect;
 use trunnion::units::{Length, LengthUnit};
@@ -34,7 +34,12 @@ const HOME: [Option<f64>; 5] = [Some(5.0), Some(300.0), Some(-0.5), Some(0.0), S
 
 fn machine(length_counts: Option<bool>) -> Machine {
     let second = [Some(-20.0), None, Some(-100.0), None, None];
-    let coordinates = MachineCoordinates { zero_mm: ZERO_MM, length_counts, references: vec![HOME, second] };
+    let coordinates = MachineCoordinates {
+        zero_mm: ZERO_MM,
+        length_counts,
+        references: vec![HOME, second],
+        ..MachineCoordinates::default()
+    };
     bare().with_machine_coordinates(Some(coordinates))
 }
 
@@ -253,9 +258,13 @@ fn what_does_not_say_where_the_axes_go_is_left_alone() {
     assert_eq!(left("G57\nG53 Z0."), [MachineCoordinates]);
     assert_eq!(left("/G53 Z0."), [MachineCoordinates]);
     assert_eq!(left("G53 Z0. B5."), [MachineCoordinates]);
-    // The changer moves before the axes or after them.
+    // The changer moves before the axes or after them. The end of G28 is the same, but nothing is known after it.
+    let changed = told(&stated, Dialect::Iso, &iso("G91 G28 Z0. T2 M6\nG90 G0 X5."));
+    let [.., Interpreted::Motion(home), Interpreted::Motion(last)] = &changed[..] else {
+        panic!("{changed:?}")
+    };
+    assert_eq!((&home.joints[..3], &last.joints[..3]), (&[None; 3][..], &[Some(5.0), None, None][..]));
     assert_eq!(left("G53 Z0. T2 M6"), [MachineCoordinates]);
-    assert_eq!(left("G91 G28 Z0. T2 M6"), [Reference]);
     // A control of the tip, a turned frame, and a compensated path.
     assert!(!left("G43.4 H1\nG53 Z0.").is_empty());
     assert!(!left("G68 X0. Y0. R30.\nG53 Z0.").is_empty());
@@ -277,6 +286,69 @@ fn what_does_not_say_where_the_axes_go_is_left_alone() {
             "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\n{block}\nEND PGM P MM\n"
         );
         assert_eq!(reasons(&stated, Dialect::Heidenhain, &text), [MachineCoordinates], "{block}");
+    }
+}
+
+/// G28 whose way is not certain ends at the reference position all the same.
+#[test]
+fn a_return_home_is_left_alone_and_its_end_is_known() {
+    for home in ["G28 Z0.", "G28 Z230. F5000"] {
+        let text = format!("G21 G90 G54\nT1 M6\nG43 H1\nG0 X1. Y2. Z3. A0. C0.\n{home}\nG0 X7.\nM30\n");
+        let found = told(&machine(Some(false)), Dialect::Iso, &text);
+        let [_, Interpreted::LeftAlone { reason: Unfollowable::Reference, .. }, Interpreted::Motion(last)] =
+            found[..]
+        else {
+            panic!("{home}: {found:?}")
+        };
+        let [_, _, z] = words([0.0, 0.0, -0.5], OFFSET_MM, LENGTHS_MM[0]);
+        assert_at(&last, [7.0, 2.0, z, 0.0, 0.0]);
+    }
+}
+
+/// `M140 MB MAX` goes back along the tool to the end of the travel that the profile states.
+#[test]
+fn a_retraction_to_the_end_of_the_travel_ends_where_the_profile_says() {
+    let text = |retract: &str, before: &str| {
+        format!(
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+3 A+0 C+0 R0 FMAX\n{before}{retract}\nL X+7 R0 FMAX\nEND PGM P MM\n"
+        )
+    };
+    let coordinates = MachineCoordinates {
+        retract_z_mm: Some(-4.5),
+        ..machine(Some(false)).machine_coordinates().unwrap().clone()
+    };
+    let stated = bare().with_machine_coordinates(Some(coordinates.clone()));
+    let [_, _, z] = words([0.0, 0.0, -4.5], OFFSET_MM, LENGTHS_MM[0]);
+    for (retract, kind) in [
+        ("M140 MB MAX", InterpretedKind::Rapid),
+        ("L M140 MB MAX FMAX ; up", InterpretedKind::Rapid),
+        ("m140 mb max f9999", InterpretedKind::Linear),
+    ] {
+        let found = followed(&stated, Dialect::Heidenhain, &text(retract, ""));
+        assert_at(&found[1], [1.0, 2.0, z, 0.0, 0.0]);
+        assert_eq!((found[1].kind, found[1].feed_mm_per_min), (kind, None), "{retract}");
+        assert_at(&found[2], [7.0, 2.0, z, 0.0, 0.0]);
+    }
+    // Under tool-centre-point control the words of that place are not known, but the rotary axes rest.
+    let found = followed(&stated, Dialect::Heidenhain, &text("M140 MB MAX", "M128\nL X+1 Y+2 Z+3 FMAX\n"));
+    let last = found.last().unwrap();
+    assert_eq!(last.joints, [Some(7.0), None, None, Some(0.0), Some(0.0)]);
+    // A way of another length, a head that turns the tool, a block that may be skipped, and a silent profile.
+    let head = Machine::new(Preset::by_id("ac-head").unwrap().parts()).unwrap();
+    let head = head.with_machine_coordinates(Some(coordinates));
+    for (machine, retract) in [
+        (&stated, "M140 MB 50"),
+        (&stated, "M140 MB+50 F9999"),
+        (&stated, "M140 MB MAX F Q5"),
+        (&stated, "M140"),
+        (&stated, "/M140 MB MAX"),
+        (&head, "M140 MB MAX"),
+        (&machine(Some(false)), "M140 MB MAX"),
+    ] {
+        let found = told(machine, Dialect::Heidenhain, &text(retract, ""));
+        assert!(matches!(found[1], Interpreted::LeftAlone { .. }), "{retract}: {found:?}");
+        let Some(Interpreted::Motion(last)) = found.last() else { panic!("{retract}: {found:?}") };
+        assert_eq!(last.joints[2], None, "{retract}");
     }
 }
 

@@ -38,6 +38,7 @@ mod post_whole;
 mod program;
 mod programs;
 mod radius;
+mod radius_registers;
 mod reading;
 mod reference;
 mod servo;

@@ -25,8 +25,12 @@ const G54_MM: [f64; 3] = [70.0, -40.0, 95.0];
 const G55_MM: [f64; 3] = [-110.0, 35.5, 60.25];
 
 fn machine() -> Machine {
-    let coordinates =
-        MachineCoordinates { zero_mm: ZERO_MM, length_counts: Some(false), references: vec![[Some(0.0); 5]] };
+    let coordinates = MachineCoordinates {
+        zero_mm: ZERO_MM,
+        length_counts: Some(false),
+        references: vec![[Some(0.0); 5]],
+        ..MachineCoordinates::default()
+    };
     let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
     machine.with_machine_coordinates(Some(coordinates)).with_rs274_control(true)
 }
@@ -180,6 +184,62 @@ fn zeros_that_are_not_certain_leave_the_tip_unknown() {
     }
     let silent = machine().with_rs274_control(false);
     assert!(!tip_after("", &silent), "no one says how the control reads G10");
+}
+
+/// Controls add an offset of their own to the origins that a program writes.
+const EXTERNAL_MM: [f64; 3] = [0.5, -1.25, 2.0];
+
+fn other_control() -> Machine {
+    let stated = machine().machine_coordinates().unwrap().clone();
+    let coordinates = MachineCoordinates { external_mm: Some(EXTERNAL_MM), ..stated };
+    machine().with_rs274_control(false).with_machine_coordinates(Some(coordinates))
+}
+
+#[test]
+fn on_every_control_g10_l2_writes_an_origin_beside_the_stated_external_offset() {
+    let text = "G90 G21 G54\nG10 L2 P1 X-269.39 Y-254.65 Z-689.\nG10 L2 P2 X10.\n#501=1\nG10 L2 P#501 Y-200.\nG0 X1. Y2. Z3. A0. C0.\nG53 G0 Z0.\nG53 X-508. Y0.\nG55\nG0 X4. Y5. Z6.\nM30\n";
+    let motions: Vec<_> = told(&other_control(), text)
+        .into_iter()
+        .map(|told| match told {
+            Interpreted::Motion(motion) => motion,
+            Interpreted::LeftAlone { line, reason, .. } => panic!("line {line}: {reason}"),
+        })
+        .collect();
+    let with_external = |at: [f64; 3]| std::array::from_fn(|k| EXTERNAL_MM[k] + at[k]);
+    assert_at(text, &motions[0], G54_MM, with_external([-268.39, -198.0, -686.0]));
+    // Places of the machine are the same whatever the zeros are.
+    let [x, y, _] = with_external([-268.39, -198.0, 0.0]);
+    assert_at(text, &motions[1], G54_MM, [x, y, 0.0]);
+    assert_at(text, &motions[2], G54_MM, [-508.0, 0.0, 0.0]);
+    // What the program does not write is as it was stated.
+    let [_, y, z]: [f64; 3] = std::array::from_fn(|k| G55_MM[k] - ZERO_MM[k]);
+    assert_at(text, &motions[3], G55_MM, [EXTERNAL_MM[0] + 14.0, y + 5.0, z + 6.0]);
+}
+
+#[test]
+fn what_controls_read_differently_in_g10_leaves_the_tip_unknown() {
+    let begin = "G90 G21 G54\nG0 X0. Y0. Z0. A0. C0.\n";
+    let tip_after = |text: &str| {
+        let text = format!("{begin}{text}G90 G0 X1. Y1. Z1. A0. C0.\n");
+        match told(&other_control(), &text).last() {
+            Some(Interpreted::Motion(motion)) => motion.tip_mm.is_some(),
+            _ => false,
+        }
+    };
+    assert!(tip_after("G10 L2 P1 X5. Y6. Z7.\n"), "the reference of the cases below");
+    for text in [
+        "G91 G10 L2 P1 X5.\n",
+        "G10 L2 P0 X5.\n",
+        "G10 L2 P7 X5.\n",
+        "G10 L2 P1 X5. R30.\n",
+        "G10 L20 P1 X5.\n",
+        "G10 L2 P1 C5.\n",
+        "G10 L2 P1 X5.\nG92 X5.\n",
+        "G10 L2 P1 X5.\nG52 X5.\n",
+        "/G10 L2 P1 X5.\n",
+    ] {
+        assert!(!tip_after(text), "{text}");
+    }
 }
 
 #[test]

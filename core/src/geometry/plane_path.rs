@@ -92,16 +92,28 @@ impl PlanePiece {
         Some(if circle.is_clockwise { ahead.map(|part| -part) } else { ahead })
     }
 
+    /// By how much the next piece turns towards the path beside, at this distance to the left or right \[rad\].
+    #[must_use]
+    pub fn inward_turn_rad(&self, next: &Self, distance_mm: f64) -> Option<f64> {
+        let (before, after) = (self.direction_at(self.end_mm)?, next.direction_at(next.start_mm)?);
+        Some(towards(distance_mm) * trig::atan2(cross(before, after), dot(before, after)))
+    }
+
+    /// Where the paths beside this piece and the next one meet, if the path turns towards them \[mm\]; `None` if a cutter
+    /// of this radius cannot go there.
+    #[must_use]
+    pub fn meeting_mm(&self, next: &Self, distance_mm: f64) -> Option<[f64; 2]> {
+        let (first, second) = (self.beside(distance_mm)?, next.beside(distance_mm)?);
+        first.meets(&second, towards(distance_mm))
+    }
+
     /// How this piece and the next one are joined `distance_mm` to the left of the path, or to the right if the
     /// distance is negative. A path that goes back on itself runs around its turning point, except beside an arc whose
     /// outer side it follows.
     #[must_use]
     pub fn corner(&self, next: &Self, distance_mm: f64) -> Corner {
-        let directions = self.direction_at(self.end_mm).zip(next.direction_at(next.start_mm));
-        let Some((before, after)) = directions else { return Corner::OutOfReach };
-        // Towards the path beside: positive turns are inner corners.
-        let towards = if distance_mm < 0.0 { -1.0 } else { 1.0 };
-        let turn_rad = towards * trig::atan2(cross(before, after), dot(before, after));
+        // Positive turns are inner corners.
+        let Some(turn_rad) = self.inward_turn_rad(next, distance_mm) else { return Corner::OutOfReach };
         let is_back = turn_rad.abs() > std::f64::consts::PI - SMOOTH_RAD;
         let is_outside = |circle: PlaneCircle| circle.is_clockwise == (distance_mm > 0.0);
         let is_inner =
@@ -109,9 +121,7 @@ impl PlanePiece {
         if !is_inner {
             return if turn_rad < -SMOOTH_RAD || is_back { Corner::Around } else { Corner::Smooth };
         }
-        let beside = self.beside(distance_mm).zip(next.beside(distance_mm));
-        let place = beside.and_then(|(first, second)| first.meets(&second, towards));
-        place.map_or(Corner::OutOfReach, Corner::Meet)
+        self.meeting_mm(next, distance_mm).map_or(Corner::OutOfReach, Corner::Meet)
     }
 
     /// Where this piece or its continuation meets the next one or its continuation, and turns `towards` the left (1)
@@ -152,6 +162,11 @@ impl PlanePiece {
 
 /// Angles closer to 0 than this are 0 \[rad\].
 const SAME_ANGLE_RAD: f64 = 1e-9;
+
+/// 1 for a path beside on the left, −1 on the right.
+fn towards(distance_mm: f64) -> f64 {
+    if distance_mm < 0.0 { -1.0 } else { 1.0 }
+}
 
 /// The points in which the line of a piece meets the circle about a centre through a point \[mm\].
 fn line_and_circle(line: &PlanePiece, centre_mm: Plane, on_circle_mm: Plane) -> Option<[Plane; 2]> {

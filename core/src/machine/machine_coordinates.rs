@@ -4,7 +4,7 @@
 pub const MAX_REFERENCE_POSITIONS: usize = 4;
 
 /// The machine coordinates of one machine's control: those of G53, G153, SUPA and M91.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct MachineCoordinates {
     /// The place of the gauge point in M, with every rotary axis at zero, when X Y Z stand at zero in machine
     /// coordinates \[mm\].
@@ -15,4 +15,10 @@ pub struct MachineCoordinates {
     /// The reference positions in machine coordinates, first that of G28, then those of G30 P2, P3 and P4: X Y Z
     /// \[mm\], then the rotary axes in the profile's order \[deg\]. `None` for an axis whose position is not stated.
     pub references: Vec<[Option<f64>; 5]>,
+    /// The offset of all work offsets that a program writes, beside the values in the program \[mm\]. `None` if it is not
+    /// known.
+    pub external_mm: Option<[f64; 3]>,
+    /// Z in machine coordinates at which a retraction along the tool to the end of the travel ends \[mm\]. `None` if it is
+    /// not known.
+    pub retract_z_mm: Option<f64>,
 }

@@ -1,10 +1,10 @@
 //! Codes of radius compensation, and the modes of the arcs on its path. The path itself follows from the motions.
 
-use super::RadiusCompensation;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::ToolLength;
 use super::radius::Radius;
+use super::{RadiusCompensation, RadiusRegister, RadiusRule};
 use crate::program::{Address, Code};
 
 /// G2.
@@ -15,7 +15,7 @@ const INCREMENTAL_CENTRES: Code = Code::G(911);
 
 impl Interpreter {
     /// G40, G41, G42 and similar codes. Compensation that is on already cannot be switched on by another radius.
-    pub(super) fn compensate_radius(&mut self, on: bool, beside_mm: Option<f64>) {
+    pub(super) fn compensate_radius(&mut self, on: bool, beside_mm: Option<f64>, rule: RadiusRule) {
         if self.options.cutcom_at_centre && self.rules.is_of_points {
             return;
         }
@@ -27,7 +27,40 @@ impl Interpreter {
             self.stand_beside();
         }
         self.modal.radius.beside_mm = beside_mm.filter(|_| on && !is_on && self.options.as_it_runs);
+        self.modal.radius.rule = rule;
         self.modal.compensation = Some(on);
+    }
+
+    /// G41 and G42 by a register: how far left of the path a tool of its radius runs \[mm\]. `None` if the block names no
+    /// register, or if nobody states its radius.
+    pub(super) fn register_beside_mm(&self, left: bool) -> Option<f64> {
+        let offsets = &self.options.radius_offsets.by_register_mm;
+        let radius_mm = offsets.get(&self.radius_register()?).copied()?;
+        Some(if left { radius_mm } else { -radius_mm })
+    }
+
+    /// As this control runs a path by a register.
+    pub(super) fn radius_rule(&self) -> RadiusRule {
+        if self.is_rs274 { RadiusRule::Rs274 } else { RadiusRule::Common }
+    }
+
+    fn radius_register(&self) -> Option<RadiusRegister> {
+        if self.block.has(Address::L) {
+            return None;
+        }
+        match (self.block.has(Address::D), self.block.has(Address::H)) {
+            (true, _) => self.number_of(Address::D).map(RadiusRegister::D),
+            (false, true) => self.number_of(Address::H).map(RadiusRegister::H),
+            (false, false) => None,
+        }
+    }
+
+    /// Whether H of the block is a register of a radius, as the caller states, and no tool length.
+    pub(super) fn names_radius_by_h(&self) -> bool {
+        let is_on = |index| matches!(self.meaning(index), Meaning::CompensationByRegister { .. });
+        let Some(register @ RadiusRegister::H(_)) = self.radius_register() else { return false };
+        self.options.radius_offsets.by_register_mm.contains_key(&register)
+            && (0..self.block.g_count).any(is_on)
     }
 
     /// The tool is beside the programmed place, by a radius that is not known.
@@ -73,8 +106,8 @@ impl Interpreter {
         if self.modal.compensation == Some(false) {
             return None;
         }
-        let Radius { number, beside_mm, is_clockwise, absolute_centres } = self.modal.radius;
-        Some(RadiusCompensation { number, beside_mm, is_clockwise, absolute_centres })
+        let Radius { number, beside_mm, rule, is_clockwise, absolute_centres } = self.modal.radius;
+        Some(RadiusCompensation { number, beside_mm, rule, is_clockwise, absolute_centres })
     }
 
     /// Whether the program has compensated the cutter's radius so far.

@@ -57,7 +57,9 @@ fn state_of(meaning: Meaning, code: Code) -> Option<(Group, State)> {
         Meaning::Feed(mode) => (Group::FeedMode, State::Number(mode as u8)),
         Meaning::Plane(plane) => (Group::Plane, State::Number(plane)),
         Meaning::Compensation(on) => (Group::Compensation, number(on)),
-        Meaning::CompensationByDiameter { .. } => (Group::Compensation, State::Code(code)),
+        Meaning::CompensationByDiameter { .. } | Meaning::CompensationByRegister { .. } => {
+            (Group::Compensation, State::Code(code))
+        }
         Meaning::WorkOffset(_) | Meaning::WorkOffsetByP(_) => (Group::WorkOffset, State::Code(code)),
         _ => return None,
     })

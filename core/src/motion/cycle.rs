@@ -9,10 +9,9 @@ pub(super) enum Stroke {
     Drill,
     /// The same by the increment of Q. In between the control retracts by its own parameters.
     Peck,
-    /// Down and up at feed. Controls differ in how it goes on from the retract plane to a higher level.
+    /// Down at feed, and up at feed to the retract plane: a bore, or a thread. Controls differ in the feed from there
+    /// to a higher level.
     Bore,
-    /// Its course depends on the spindle. It ends where a drilling cycle ends.
-    Tap,
     /// Its course is not followed.
     Other,
 }
@@ -41,6 +40,8 @@ pub(super) struct Cycle {
     pub(super) written_in: Option<(u8, f64)>,
     /// G98 or G99, if the program has stated it.
     pub(super) retract: Option<Retract>,
+    /// G0 was in force before the series.
+    pub(super) after_rapid: bool,
 }
 
 impl Cycle {
@@ -52,17 +53,19 @@ impl Cycle {
         has_increment: false,
         written_in: None,
         retract: None,
+        after_rapid: false,
     };
 
     /// The values that are the same whether a block was executed or skipped.
     pub(super) fn common(self, skipped: Self) -> Self {
         let retract = self.retract.filter(|retract| skipped.retract == Some(*retract));
-        if self == skipped { self } else { Self { retract, ..Self::NONE } }
+        let after_rapid = self.after_rapid && skipped.after_rapid;
+        if self == skipped { self } else { Self { retract, after_rapid, ..Self::NONE } }
     }
 
-    /// Nothing is known of it but the level of retraction.
+    /// Nothing is known of it but the level of retraction, and the mode before it.
     pub(super) fn forget(&mut self) {
-        *self = Self { retract: self.retract, ..Self::NONE };
+        *self = Self { retract: self.retract, after_rapid: self.after_rapid, ..Self::NONE };
     }
 }
 
@@ -116,8 +119,8 @@ pub(super) enum HoleStroke {
     Bore,
     /// The same with feeds of the cycle.
     Ream,
-    /// Its course depends on the spindle, and only its end is known.
-    Unseen,
+    /// As a bore. Its feed is the pitch times the speed of the spindle, which may not be stated.
+    Tap,
     /// It is not followed.
     Other,
 }

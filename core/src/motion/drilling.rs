@@ -78,9 +78,7 @@ impl Interpreter {
         };
         // Where the way up to R runs is known only if the place before it is.
         let rises_at_known_place = !levels.rises || self.position.linear_mm().is_some();
-        let is_seen = self.modal.cycle.stroke != Stroke::Tap
-            && rises_at_known_place
-            && self.next_place(plane).is_some();
+        let is_seen = rises_at_known_place && self.next_place(plane).is_some();
         if !is_seen {
             self.opaque(index, block, Unfollowable::CannedCycle, motions);
         }
@@ -187,12 +185,10 @@ impl Interpreter {
             // In G91, R counts from the initial level or from the present one.
             && (!incremental || is_of_series)
             && depth_mm < plane_mm - SAME_LEVEL_MM;
-        let is_of_plane = is_same(end_mm, plane_mm);
         let is_agreed = match cycle.stroke {
-            Stroke::Drill | Stroke::Tap => true,
+            Stroke::Drill | Stroke::Bore => true,
             // K is the number of repetitions on some controls, and of increments on others.
             Stroke::Peck => cycle.has_increment && !self.block.has(Address::K),
-            Stroke::Bore => is_of_plane,
             Stroke::Other => false,
         };
         (is_sound && is_agreed).then_some(Levels { plane_mm, depth_mm, end_mm, rises })
@@ -269,15 +265,26 @@ impl Interpreter {
         }
         let at = |level_mm: f64| at_level(place_mm, plane, level_mm);
         let Levels { plane_mm, depth_mm, end_mm, .. } = levels;
-        let up = if self.modal.cycle.stroke == Stroke::Bore { MotionKind::Linear } else { MotionKind::Rapid };
-        let course = [
+        let is_slow = self.modal.cycle.stroke == Stroke::Bore;
+        for (kind, to_mm) in [
             (MotionKind::Rapid, place_mm),
             (MotionKind::Rapid, at(plane_mm)),
             (MotionKind::Linear, at(depth_mm)),
-            (up, at(end_mm)),
-        ];
-        for (kind, to_mm) in course {
+        ] {
             self.go(index, block, kind, to_mm, motions);
+        }
+        if !is_slow {
+            return self.go(index, block, MotionKind::Rapid, at(end_mm), motions);
+        }
+        if self.is_rs274 {
+            return self.go(index, block, MotionKind::Linear, at(end_mm), motions);
+        }
+        self.go(index, block, MotionKind::Linear, at(plane_mm), motions);
+        // Some controls go on at rapid traverse, others at the feed.
+        let before = motions.len();
+        self.go(index, block, MotionKind::Linear, at(end_mm), motions);
+        for motion in motions.iter_mut().skip(before) {
+            motion.feed = motion.feed.unknown();
         }
     }
 

@@ -175,10 +175,14 @@ impl Interpreter {
                     self.position.forget_axes();
                 } else {
                     self.forget_moved(axis_words);
+                    self.arrive_at_reference(reason);
                 }
             }
             Some(Action::Elsewhere) => {
                 self.set_feed();
+                if reason.is_none() && self.retract_to_limit(index, block, motions) {
+                    return;
+                }
                 // G53.1, G53.3 and G53.6 turn the tool onto the tilted plane.
                 let tilted = self.obstacle() == Some(Unfollowable::TiltedPlane) && !self.stands_on_plane();
                 let reason = if tilted { Unfollowable::TiltedPlane } else { Unfollowable::Reference };

@@ -31,3 +31,10 @@ pub struct Feed {
     /// Whether the F word is in the motion's own block.
     pub word_in_block: bool,
 }
+
+impl Feed {
+    /// The same without a number: the control feeds by something that the text does not state.
+    pub(super) fn unknown(self) -> Self {
+        Self { value: None, raw: 0.0, decimals: 0, ..self }
+    }
+}

@@ -5,7 +5,7 @@ use super::execute::Action;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
 use super::modal::{MotionMode, ToolLength, Transformation};
-use super::{Unfollowable, WorkOffset};
+use super::{RadiusRule, Unfollowable, WorkOffset};
 use crate::program::{Address, Code};
 
 /// Words that belong to cycles and not to a change of units.
@@ -44,8 +44,10 @@ impl Interpreter {
             match meaning {
                 Meaning::Motion(mode) => {
                     motion_codes += u32::from(motion_codes == 0 || self.modal.motion != Some(mode));
-                    self.this_block.begins_cycle |=
-                        mode == MotionMode::Cycle && self.modal.motion != Some(MotionMode::Cycle);
+                    if mode == MotionMode::Cycle && self.modal.motion != Some(MotionMode::Cycle) {
+                        self.this_block.begins_cycle = true;
+                        self.modal.cycle.after_rapid = self.modal.motion == Some(MotionMode::Rapid);
+                    }
                     self.modal.motion = Some(mode);
                     if mode == MotionMode::Arc {
                         self.note_arc(index);
@@ -78,6 +80,7 @@ impl Interpreter {
                 | Meaning::Feed(_)
                 | Meaning::Compensation(_)
                 | Meaning::CompensationByDiameter { .. }
+                | Meaning::CompensationByRegister { .. }
                 | Meaning::ToolLength(_)
                 | Meaning::TipControl(_)
                 | Meaning::SwitchTip(_)
@@ -166,7 +169,9 @@ impl Interpreter {
             }
         }
         if ends_cycle && motion_codes == 0 && self.modal.motion == Some(MotionMode::Cycle) {
-            self.modal.motion = None;
+            // The modes of motion and of cycles are two groups, or G80 begins G0. Others refuse words without a mode.
+            let is_rapid = self.modal.cycle.after_rapid && self.rules.has_rs274_codes && !self.is_rs274;
+            self.modal.motion = (is_rapid && axis_words == 0).then_some(MotionMode::Rapid);
         }
         if motion_codes > 1 {
             *reason = Some(Unfollowable::ConflictingCodes);
@@ -213,9 +218,12 @@ impl Interpreter {
             Meaning::Incremental(incremental) => self.modal.incremental = Some(incremental),
             Meaning::Units(mm_per_unit) => self.set_unit(mm_per_unit),
             Meaning::Feed(mode) => self.modal.count_feed(Some(mode)),
-            Meaning::Compensation(on) => self.compensate_radius(on, None),
+            Meaning::Compensation(on) => self.compensate_radius(on, None, RadiusRule::Common),
             Meaning::CompensationByDiameter { left } => {
-                self.compensate_radius(true, self.diameter_beside_mm(left));
+                self.compensate_radius(true, self.diameter_beside_mm(left), RadiusRule::Rs274);
+            }
+            Meaning::CompensationByRegister { left } => {
+                self.compensate_radius(true, self.register_beside_mm(left), self.radius_rule());
             }
             // A repeated TRAORI or TRAFOOF changes nothing.
             Meaning::SwitchTip(length) => self.switch_tip(length),

@@ -66,8 +66,8 @@ impl Interpreter {
         };
         let plane_mm = surface_mm + clearance_mm;
         let lowest_end_mm = match stroke {
-            HoleStroke::Bore | HoleStroke::Ream => plane_mm,
-            HoleStroke::Drill | HoleStroke::Unseen | HoleStroke::Other => surface_mm,
+            HoleStroke::Bore | HoleStroke::Ream | HoleStroke::Tap => plane_mm,
+            HoleStroke::Drill | HoleStroke::Other => surface_mm,
         };
         let is_sound = clearance_mm >= 0.0
             && depth_mm < surface_mm - SAME_LEVEL_MM
@@ -97,6 +97,7 @@ impl Interpreter {
         };
         let has_own = match (levels, stroke) {
             (_, HoleStroke::Ream) => true,
+            (_, HoleStroke::Tap) => self.block.has(Address::S),
             (HoleLevels::Clearances, stroke) => stroke == HoleStroke::Drill,
             (HoleLevels::Planes, _) => false,
         };
@@ -106,6 +107,7 @@ impl Interpreter {
         let down = feed(Address::S).filter(|(value, _)| *value > 0.0)?;
         let up = match stroke {
             HoleStroke::Ream => feed(Address::L)?,
+            HoleStroke::Tap => feed(Address::L).unwrap_or(down),
             _ => down,
         };
         let is_same = up.0.abs() <= 0.0 && levels == HoleLevels::Clearances;
@@ -253,11 +255,6 @@ impl Interpreter {
             }
             there_mm
         };
-        if stroke == HoleStroke::Unseen {
-            self.opaque(index, block, Unfollowable::CannedCycle, motions);
-            self.stand_at(at(end_mm));
-            return true;
-        }
         let up = if stroke == HoleStroke::Drill {
             (MotionKind::Rapid, end_mm, 1)
         } else {
@@ -275,8 +272,11 @@ impl Interpreter {
                 continue;
             }
             let mut motion = self.motion_shell(index, block, kind);
-            if let Some(own) = feeds.filter(|_| kind == MotionKind::Linear) {
-                motion.feed = self.feed_as_written(own[which], hole.mm_per_unit);
+            let counts = stroke != HoleStroke::Tap || self.modal.feed_mode() == Some(FeedMode::PerMinute);
+            match feeds.filter(|_| counts && kind == MotionKind::Linear) {
+                Some(own) => motion.feed = self.feed_as_written(own[which], hole.mm_per_unit),
+                None if stroke == HoleStroke::Tap => motion.feed = motion.feed.unknown(),
+                None => {}
             }
             let start = self.position.axis_words();
             motion.start = start;
@@ -291,7 +291,8 @@ impl Interpreter {
             self.note_offset(&mut motion);
             motions.push(motion);
         }
-        if feeds.is_some() && !self.rules.holes.is_some_and(|rules| rules.keeps_feed) {
+        let has_own = feeds.is_some() || stroke == HoleStroke::Tap;
+        if has_own && !self.rules.holes.is_some_and(|rules| rules.keeps_feed) {
             self.modal.feed = ModalFeed::Unknown;
         }
         true
@@ -312,7 +313,7 @@ impl Interpreter {
         };
         let counts = match modal.feed_mode() {
             Some(FeedMode::PerMinute) => true,
-            Some(FeedMode::PerRevolution) => hole.feeds.is_none(),
+            Some(FeedMode::PerRevolution) => hole.feeds.is_none() || hole.stroke == HoleStroke::Tap,
             Some(FeedMode::InverseTime) | None => false,
         };
         is_clear

@@ -13,7 +13,9 @@ use super::start_modes::StartModes;
 use super::statements::ThisBlock;
 use super::unit::ProgramUnit;
 use super::written_zeros::WrittenZeros;
-use super::{Decimals, Interpolation, Motion, ToolLengths, Unfollowable, WorkOffset, WorkOffsets};
+use super::{
+    Decimals, Interpolation, Motion, RadiusOffsets, ToolLengths, Unfollowable, WorkOffset, WorkOffsets,
+};
 use crate::kinematics::PlaneAxes;
 use crate::machine::{Machine, MachineCoordinates};
 use crate::program::{
@@ -42,6 +44,8 @@ pub struct InterpreterOptions {
     pub work_offsets: Arc<WorkOffsets>,
     /// The lengths of the tools.
     pub tool_lengths: Arc<ToolLengths>,
+    /// The radii in the registers of the control.
+    pub radius_offsets: Arc<RadiusOffsets>,
     /// The points of cutter location data under `CUTCOM/` are places of the cutter's centre: the control need not
     /// compensate for its radius.
     pub cutcom_at_centre: bool,

@@ -10,7 +10,7 @@ use super::meaning::MFunction;
 use super::modal::{ACROSS_G17, MotionMode, ToolLength};
 use super::{AxisWords, Interpolation, Motion, MotionKind, ToolKey, Unfollowable};
 use crate::geometry::{PlaneFrame, Turn};
-use crate::program::{Address, Block, Code};
+use crate::program::{Address, Block, Code, Keyword};
 
 /// Z, along the tool with every axis at zero.
 const Z: usize = 2;
@@ -91,9 +91,7 @@ impl Interpreter {
         block: &Block,
         motions: &mut Vec<Motion>,
     ) -> bool {
-        let Some(mut targets) = self.reference_in_machine().filter(|_| !self.changes_tool()) else {
-            return false;
-        };
+        let Some(mut targets) = self.reference_in_machine() else { return false };
         let all_go = self.all_go_home();
         for (target, address) in targets.iter_mut().zip(self.axes.all()) {
             let is_named = all_go || self.block.has(address);
@@ -102,8 +100,69 @@ impl Interpreter {
             }
             *target = target.filter(|_| is_named);
         }
-        let Some(ends) = self.words_in_machine(targets, Some(false)) else { return false };
+        let Some(mut ends) = self.words_in_machine(targets, Some(false)) else { return false };
+        if self.changes_tool() {
+            // The change moves axes too, before this motion or after it.
+            ends[..3].fill(AxisEnd::Unknown);
+        }
         let mut motion = self.motion_shell(index, block, MotionKind::Rapid);
+        self.stand_in_machine(ends, &mut motion);
+        motions.push(motion);
+        true
+    }
+
+    /// Behind G28 or G30 whose way is not certain: the named axes are at the reference position all the same, if it is
+    /// stated.
+    pub(super) fn arrive_at_reference(&mut self, reason: Option<Unfollowable>) {
+        let is_certain = self.rules.reference_passes_point
+            && reason.is_none()
+            && !self.changes_tool()
+            && self.block.present & self.axes.foreign().bit() == 0
+            && self.block.comma == 0;
+        let Some(targets) = self.reference_in_machine().filter(|_| is_certain) else { return };
+        let mut named = targets;
+        for (target, address) in named.iter_mut().zip(self.axes.all()) {
+            *target = target.filter(|_| self.block.has(address));
+        }
+        let Some(ends) = self.words_in_machine(named, Some(false)) else { return };
+        for (axis, end) in self.position.axes.iter_mut().zip(ends) {
+            if let AxisEnd::At(word) = end {
+                *axis = Some(word);
+            }
+        }
+    }
+
+    /// `M140 MB MAX`: back along the tool to the end of the travel, on a machine whose tool is always along Z. In a plane
+    /// and under tool-centre-point control the words of that place are not known. Returns false, and changes nothing, if
+    /// the motion is not followed.
+    pub(super) fn retract_to_limit(
+        &mut self,
+        index: usize,
+        block: &Block,
+        motions: &mut Vec<Motion>,
+    ) -> bool {
+        let has = |keyword| self.block.g_codes().contains(&Code::Keyword(keyword));
+        let is_rapid = has(Keyword::RetractToLimit);
+        let is_certain = (is_rapid || has(Keyword::RetractToLimitAtFeed))
+            && self.options.as_it_runs
+            && !self.axes.has_head_axis()
+            && self.block.present & AXES == 0
+            && self.modal.compensation == Some(false)
+            && !self.modal.is_lost;
+        let limit_mm = self.machine_coordinates.as_ref().and_then(|stated| stated.retract_z_mm);
+        let Some(limit_mm) = limit_mm.filter(|_| is_certain) else { return false };
+        let targets = [None, None, Some(limit_mm), None, None];
+        let ends = self.words_in_machine(targets, Some(false)).unwrap_or([
+            AxisEnd::Unknown,
+            AxisEnd::Unknown,
+            AxisEnd::Unknown,
+            AxisEnd::Stays,
+            AxisEnd::Stays,
+        ]);
+        let kind = if is_rapid { MotionKind::Rapid } else { MotionKind::Linear };
+        let mut motion = self.motion_shell(index, block, kind);
+        // F holds for this motion alone.
+        motion.feed = motion.feed.unknown();
         self.stand_in_machine(ends, &mut motion);
         motions.push(motion);
         true

@@ -137,6 +137,10 @@ pub(super) enum Meaning {
     CompensationByDiameter {
         left: bool,
     },
+    /// G41, G42: a register of the control has the radius of the cutter, which runs left or right of the path.
+    CompensationByRegister {
+        left: bool,
+    },
     /// A tool length: G43, G44.
     ToolLength(ToolLength),
     /// A code that states what is interpolated, whatever a code of the machine's builder stated before: G43.4, G43.5,

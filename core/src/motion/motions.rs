@@ -1,5 +1,6 @@
 //! One motion, in the form that the compensator takes.
 
+use super::radius_offsets::RadiusRule;
 use super::{AxisWords, CalledTool, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
 use crate::geometry::PlaneFrame;
 use crate::program::PlaceInFile;
@@ -51,8 +52,10 @@ pub struct RadiusCompensation {
     /// Counts how often compensation has been switched on so far.
     pub number: u32,
     /// How far the tool runs to the left of the programmed path, negative to the right \[mm\]; `None` if this depends
-    /// on the tables of the control.
+    /// on tables of the control that nobody states.
     pub beside_mm: Option<f64>,
+    /// How the control runs the path.
+    pub rule: RadiusRule,
     /// Whether arcs of the present code run clockwise; `None` if it is not known.
     pub is_clockwise: Option<bool>,
     /// G90.1: centres of arcs are points; `None` if it is not known.

@@ -1,19 +1,27 @@
 //! What is known of the compensation of the cutter's radius.
 
+use super::radius_offsets::RadiusRule;
+
 /// What is known of the compensation besides its state, and of arcs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Radius {
     /// How often it was switched on so far.
     pub(super) number: u32,
-    /// How far left of the path the tool runs \[mm\], if the program is followed as it runs and states it.
+    /// How far left of the path the tool runs \[mm\], if the program is followed as it runs and it is stated.
     pub(super) beside_mm: Option<f64>,
+    pub(super) rule: RadiusRule,
     pub(super) is_clockwise: Option<bool>,
     pub(super) absolute_centres: Option<bool>,
 }
 
 impl Radius {
-    pub(super) const START: Self =
-        Self { number: 0, beside_mm: None, is_clockwise: None, absolute_centres: Some(false) };
+    pub(super) const START: Self = Self {
+        number: 0,
+        beside_mm: None,
+        rule: RadiusRule::Common,
+        is_clockwise: None,
+        absolute_centres: Some(false),
+    };
 
     /// After a call nothing is known but the number.
     pub(super) fn forget(&mut self) {

@@ -14,7 +14,7 @@ impl Interpreter {
     /// changes nothing, but some controls remember it. Then at most Z becomes unknown.
     #[inline]
     pub(super) fn take_length_word(&mut self, may_be_skipped: bool) {
-        if !self.block.has(Address::H) || self.names_offset_by_h() {
+        if !self.block.has(Address::H) || self.names_offset_by_h() || self.names_radius_by_h() {
             return;
         }
         let number = self.block.value(Address::H);

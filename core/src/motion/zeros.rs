@@ -1,6 +1,8 @@
 //! Zeros that programs of RS274/NGC controls write. G10 L2 and L20 state a work offset, which may be turned about Z. G92
 //! shifts the words along its axes. G28.1 stores a reference position.
 //!
+//! Of other controls G10 L2 is followed, in G90, if it is stated what else counts beside the values of the program.
+//!
 //! All of them are in the text, so the words after them keep their places. With the rotary axes at zero, the words `w`
 //! are the place `origin + Rz(turn) · (shift + w)` in M. The source is `LinuxCNC`, `interp_convert.cc`.
 
@@ -32,13 +34,21 @@ impl Interpreter {
     /// Whether the zeros that the program writes are followed. Words are places along the axes of the zero in force.
     fn follows_zeros(&self) -> bool {
         let rotation = self.modal.transformations.get(Transformation::Rotation as usize);
-        self.is_rs274
+        self.external_mm().is_some()
             && self.options.as_it_runs
-            && self.machine_coordinates.is_some()
             && !self.zeros.is_lost
             && !self.modal.is_shifted()
             && rotation == Some(&Some(self.modal.turn.is_some()))
             && self.modal.obstacle_beside_turn().is_none()
+    }
+
+    /// What counts beside the origins that the program writes \[mm\]; `None` if origins are not followed.
+    fn external_mm(&self) -> Option<[f64; 3]> {
+        let coordinates = self.machine_coordinates.as_ref()?;
+        if self.is_rs274 {
+            return Some([0.0; 3]);
+        }
+        coordinates.external_mm.filter(|_| self.rules.has_rs274_codes)
     }
 
     /// Whether words have other places by zeros that are followed.
@@ -135,13 +145,14 @@ impl Interpreter {
         }
     }
 
-    /// G10 of an RS274/NGC control. Returns false if it is not followed.
+    /// G10. Returns false if it is not followed.
     pub(super) fn write_zero(&mut self) -> bool {
-        if !self.is_rs274 || !self.options.as_it_runs {
+        if !self.options.as_it_runs {
             return false;
         }
         match self.number_of(Address::L) {
-            Some(ORIGINS) => self.write_origin().is_some(),
+            Some(ORIGINS) if self.is_rs274 || self.writes_origin_as_others() => self.write_origin().is_some(),
+            _ if !self.is_rs274 => false,
             Some(WORDS_HERE) => self.write_words_here().is_some(),
             // It takes effect with the next G43.
             Some(table) if TOOLS.contains(&table) => {
@@ -150,6 +161,13 @@ impl Interpreter {
             }
             _ => false,
         }
+    }
+
+    /// G10 L2 P1 to P6 in G90: origins of G54 to G59 on every control. In G91 some add the values.
+    fn writes_origin_as_others(&self) -> bool {
+        self.modal.incremental == Some(false)
+            && !self.block.has(Address::R)
+            && self.number_of(Address::P).is_some_and(|number| (1..=6).contains(&number))
     }
 
     /// The values of X Y Z in the block \[mm\]. `None` if a word is not known, or a rotary axis gets a zero of its own.
@@ -179,14 +197,14 @@ impl Interpreter {
     fn write_origin(&mut self) -> Option<()> {
         let values_mm = self.zero_words().filter(|_| self.follows_zeros())?;
         let offset = self.numbered_offset()?;
-        let zero_mm = self.machine_coordinates.as_ref()?.zero_mm;
+        let (zero_mm, external_mm) = (self.machine_coordinates.as_ref()?.zero_mm, self.external_mm()?);
         let before = self.zero_of(offset);
         let turn_deg = match before {
             _ if self.block.has(Address::R) => Some(self.block.value(Address::R)?),
             before => before.map(|before| before.turn_deg),
         };
         let [x, y, z] = std::array::from_fn(|k| match values_mm[k] {
-            Some(value_mm) => Some(zero_mm[k] + value_mm),
+            Some(value_mm) => Some(zero_mm[k] + external_mm[k] + value_mm),
             None => before.map(|before| before.origin_mm[k]),
         });
         let origin_mm = x.zip(y).zip(z).map(|((x, y), z)| [x, y, z]);
@@ -237,7 +255,8 @@ impl Interpreter {
     }
 
     fn shift_words(&mut self) -> Option<()> {
-        let is_alone = self.block.g_codes().iter().filter(|code| **code == SHIFT).count() == 1
+        let is_alone = self.is_rs274
+            && self.block.g_codes().iter().filter(|code| **code == SHIFT).count() == 1
             && (0..self.block.g_count)
                 .all(|index| !matches!(self.meaning(index), Meaning::LocalShift | Meaning::OtherShift));
         let values_mm = self.zero_words().filter(|_| is_alone && self.follows_zeros())?;

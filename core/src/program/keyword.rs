@@ -144,6 +144,10 @@ listed! {
         CornerFollows,
         /// `FMAX`: at rapid traverse, in this block.
         Fmax,
+        /// `M140 MB MAX`: back along the tool to the end of the travel, at rapid traverse.
+        RetractToLimit,
+        /// The same with a feed.
+        RetractToLimitAtFeed,
         /// `FAUTO`, `FU`, `FZ`, and feeds in other units: the feed is not stated as a path feed.
         FeedElsewhere,
         /// `R0`, `CUTCOM/OFF`: no radius compensation.

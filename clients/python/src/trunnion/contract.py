@@ -706,6 +706,10 @@ ProgramUnit: TypeAlias = Literal["mm", "inch"]
 """Unit of the lengths in a program."""
 
 
+RadiusOffsets: TypeAlias = Mapping[str, float]
+"""Radii by register: geometry and wear together"""
+
+
 class Reading(TypedDict):
     """One reading of the bar."""
 
@@ -1576,6 +1580,8 @@ class CcParameters(TypedDict):
     If the feed direction turns by more than this angle, a new pass begins for an assumed contact
     (`feed-plane`).
     """
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     singular_regions: NotRequired[SingularRegions]
     """
     How singular regions are found and treated; as query parameters one for each, such as
@@ -1791,6 +1797,8 @@ class InterpretationParameters(TypedDict):
     """Feed, if the program has none."""
     interpolation: NotRequired[Interpolation]
     """Interpolation of the control. If it is absent, the program decides."""
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     start: NotRequired[StartWords]
     """Positions of the axes before the first block, as words in the program's first work offset."""
     tool_length_mm: NotRequired[float]
@@ -1934,8 +1942,11 @@ class LinearLimits(TypedDict):
 class MachineCoordinates(TypedDict):
     """Where the control's machine coordinates count from."""
 
+    external_offset_mm: NotRequired[Vector | None]
     reference_positions: NotRequired[Sequence[Mapping[str, float]]]
     """Machine coordinates of G28, then of G30 P2, P3 and P4, by axis letter: mm or degrees."""
+    retract_z_mm: NotRequired[float | None]
+    """Z in machine coordinates at which `M140 MB MAX` ends."""
     tool_length_counts: NotRequired[bool | None]
     """Whether the tool length in force counts in machine coordinates."""
     zero_mm: Vector
@@ -2233,6 +2244,8 @@ class ServoProgramParameters(TypedDict):
     """Plane that gives the contour error a sign."""
     position_gain_scale: NotRequired[FactorsByAxis]
     """Factors of the position gains, one query parameter for each: `position_gain_scale.C`."""
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     sample_period_s: NotRequired[float]
     """Sample period of the command."""
     start: NotRequired[StartWords]
@@ -2436,6 +2449,8 @@ class VerificationParameters(TypedDict):
     """Samples with a residual larger than this, above or below the surface, are counted."""
     location_errors: NotRequired[LocationErrors]
     """Whether measured errors of the machine are applied: the machine as it is, or the nominal machine."""
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     resolution_um: NotRequired[float]
     """Largest distance between a motion and the straight pieces that replace it."""
     samples: NotRequired[int]
@@ -2673,6 +2688,8 @@ class WearParameters(TypedDict):
     If the feed direction turns by more than this angle, a new pass begins for an assumed contact
     (`feed-plane`).
     """
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     stamp: NotRequired[StampForm]
     """Whether a changed program gets a comment that says so."""
     start: NotRequired[StartWords]
@@ -2792,6 +2809,8 @@ class CompensationParameters(TypedDict):
     Largest F that the service writes; a block whose parts need a larger F stays as it is. If it is
     absent, the machine's `max_feed_mm_per_min` is used; without that, ten times the programmed feed.
     """
+    radius_offsets_mm: NotRequired[RadiusOffsets]
+    """Radii in the registers that G41 and G42 name, geometry and wear together."""
     servo_lag: NotRequired[bool]
     """
     Whether the written program is simulated with the machine's drives, if it has any. The error budget

@@ -67,7 +67,7 @@ fn hole(number: u32) -> HoleStroke {
     match number {
         200 | 240 => HoleStroke::Drill,
         201..=203 => HoleStroke::Ream,
-        206 | 207 | 209 => HoleStroke::Unseen,
+        206 | 207 | 209 => HoleStroke::Tap,
         _ => HoleStroke::Other,
     }
 }
@@ -78,7 +78,10 @@ fn keyword_meaning(keyword: Keyword) -> Meaning {
     let statement = match keyword {
         K::L | K::Ln => return Meaning::Motion(MotionMode::Linear),
         K::ArcOfRadius => return Meaning::Motion(MotionMode::Arc),
-        K::CircleCentre | K::Statement | K::Sense => return Meaning::Harmless,
+        // The M code of a retraction moves.
+        K::CircleCentre | K::Statement | K::Sense | K::RetractToLimit | K::RetractToLimitAtFeed => {
+            return Meaning::Harmless;
+        }
         K::R0 => return Meaning::Compensation(false),
         K::RadiusCompensation => return Meaning::Compensation(true),
         K::BeginMm => return Meaning::Units(1.0),

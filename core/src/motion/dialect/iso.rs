@@ -60,14 +60,14 @@ pub(super) fn m_function(tenths: u32) -> MFunction {
     }
 }
 
-/// How a canned cycle drills. G73 and G83 break chips, G82 and G89 wait, G86 stops the spindle. G74 and G84 cut threads.
+/// How a canned cycle drills. G73 and G83 break chips, G82 and G89 wait, G86 stops the spindle. G74 and G84 cut threads,
+/// and the spindle turns back on the way up.
 /// G76 and G87 move aside, and G88 is moved out by hand.
 fn stroke(code: Code) -> Option<Stroke> {
     match code {
         Code::G(810 | 820 | 860) => Some(Stroke::Drill),
         Code::G(730 | 830) => Some(Stroke::Peck),
-        Code::G(850 | 890) => Some(Stroke::Bore),
-        Code::G(740 | 840) => Some(Stroke::Tap),
+        Code::G(740 | 840 | 850 | 890) => Some(Stroke::Bore),
         Code::G(760 | 810..=899) => Some(Stroke::Other),
         _ => None,
     }
@@ -76,11 +76,12 @@ fn stroke(code: Code) -> Option<Stroke> {
 /// The meaning of a G code in tenths.
 pub(super) fn g_meaning(tenths: u32) -> Meaning {
     use Meaning::{
-        Call, Compensation, CompensationByDiameter, CylinderOfAxis, Elsewhere, EndCycle, EndModalCall,
-        EndPolarOrOffset, EndRotation, EndScaling, EndShift, ExactStop, ExactStopHere, Feed, Harmless,
-        HarmlessUnlessAxes, HypotheticalAxis, Incremental, LengthAlongTool, LocalShift, MachineCoordinates,
-        MirrorNamed, ModalCall, ModeByP, Motion, MotionWithAxes, NoMotion, OtherShift, Plane, Reference,
-        Shift, TipControl, Transform, Units, UnitsUnlessCycle, Unknown, WorkOffsetByP, WriteOffsets,
+        Call, Compensation, CompensationByDiameter, CompensationByRegister, CylinderOfAxis, Elsewhere,
+        EndCycle, EndModalCall, EndPolarOrOffset, EndRotation, EndScaling, EndShift, ExactStop,
+        ExactStopHere, Feed, Harmless, HarmlessUnlessAxes, HypotheticalAxis, Incremental, LengthAlongTool,
+        LocalShift, MachineCoordinates, MirrorNamed, ModalCall, ModeByP, Motion, MotionWithAxes, NoMotion,
+        OtherShift, Plane, Reference, Shift, TipControl, Transform, Units, UnitsUnlessCycle, Unknown,
+        WorkOffsetByP, WriteOffsets,
     };
     use MotionMode::{Arc, Cycle, Linear, Probing, Rapid, Spline, Thread};
     use Transformation::{
@@ -124,6 +125,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         330..=332 | 340 => Motion(Thread),
         400 => Compensation(false),
         411 | 421 => CompensationByDiameter { left: tenths == 411 },
+        410 | 420 => CompensationByRegister { left: tenths == 410 },
         410..=429 => Compensation(true),
         431 => LengthAlongTool,
         430 | 432 | 440 => Meaning::ToolLength(ToolLength::Plain),

@@ -103,7 +103,7 @@ fn hole(number: u32) -> HoleStroke {
         81..=83 | 86..=88 => HoleStroke::Drill,
         85 => HoleStroke::Ream,
         89 => HoleStroke::Bore,
-        84 | 840 => HoleStroke::Unseen,
+        84 | 840 => HoleStroke::Tap,
         _ => HoleStroke::Other,
     }
 }

@@ -6,7 +6,7 @@ use super::tooling::{Need, Tools};
 use super::tools_at_work::ToolsAtWork;
 use crate::kinematics::Setup;
 use crate::machine::Tool;
-use crate::motion::{Interpolation, InterpreterOptions, StartModes, WorkOffsets};
+use crate::motion::{Interpolation, InterpreterOptions, RadiusOffsets, StartModes, WorkOffsets};
 use crate::process::fault::Fault;
 use crate::program::{Dialect, Steps};
 use crate::units::{Feedrate, Length, LengthUnit};
@@ -27,6 +27,8 @@ pub struct ProgramSetup {
     pub feed: Option<Feedrate>,
     /// Positions of the work offsets.
     pub work_offsets: Arc<WorkOffsets>,
+    /// Radii in the registers of the control.
+    pub radius_offsets: Arc<RadiusOffsets>,
     /// The tools of the program, without the cutters in the request.
     pub tools: Tools,
     /// Modes before the first block.
@@ -74,6 +76,7 @@ impl Default for ProgramSetup {
             cutcom_at_centre: false,
             feed: None,
             work_offsets: Arc::default(),
+            radius_offsets: Arc::default(),
             tools: Tools::default(),
             start_modes: StartModes::default(),
             start: StartPosition::default(),
@@ -110,6 +113,7 @@ impl ProgramSetup {
             start: [x, y, z, first, second],
             work_offsets: Arc::clone(&self.work_offsets),
             tool_lengths: self.tools.lengths(),
+            radius_offsets: Arc::clone(&self.radius_offsets),
             as_it_runs: false,
         }
     }

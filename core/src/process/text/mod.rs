@@ -9,6 +9,7 @@ mod look_through;
 mod name_unknown_axes;
 mod numbering;
 mod radius_path;
+mod radius_way;
 mod reading;
 mod source;
 mod step_store;

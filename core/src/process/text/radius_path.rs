@@ -4,14 +4,17 @@
 //! The end of a motion depends on the motion after it, so motions are held back until it is known. A path that a
 //! control would refuse is left alone, and so is one whose radius is not known. The tool is then somewhere beside the
 //! programmed place until the program names the axes of the plane again.
+//!
+//! Controls other than `LinuxCNC` differ in the way in, in outer corners and in the way out. Of these, only what all do
+//! alike is followed.
 
+use super::radius_way::{UnderWay, axes_of, is_same, missed_mm, names, of_plane, place_of, plane_axes};
 use crate::geometry::{Corner, PlaneCircle, PlanePiece};
 use crate::motion::{
-    ArcCourse, AxisWords, ContactWords, FeedMode, Interpolation, Motion, MotionKind, RadiusCompensation,
-    Unfollowable,
+    ArcCourse, AxisWords, ContactWords, Motion, MotionKind, RadiusCompensation, RadiusRule, Unfollowable,
 };
-use crate::process::arc_path::{ArcModes, ArcPath, RADIUS_SLACK_MM};
-use crate::program::{Address, Batch};
+use crate::process::arc_path::RADIUS_SLACK_MM;
+use crate::program::{Address, Batch, Code};
 
 /// Positions of X Y Z \[mm\] and of the rotary axes \[deg\], as far as known.
 type Position = [Option<f64>; 5];
@@ -30,20 +33,6 @@ enum Standing {
     Unknown([bool; 3]),
 }
 
-/// A compensated path.
-#[derive(Debug, Clone, PartialEq)]
-struct UnderWay {
-    number: u32,
-    beside_mm: f64,
-    plane: u8,
-    /// It is not followed any more.
-    is_lost: bool,
-    /// The last piece in the plane, as programmed, and where the tool begins it \[mm\].
-    last: Option<(PlanePiece, [f64; 2])>,
-    /// The programmed end of it \[mm\].
-    programmed_mm: [f64; 2],
-}
-
 /// Gives motions under compensation the path of the tool.
 #[derive(Debug)]
 pub(super) struct RadiusPath {
@@ -56,8 +45,6 @@ pub(super) struct RadiusPath {
 
 /// Most motions that are held back.
 const MAX_HELD: usize = 256;
-/// A tool of a smaller radius is not followed \[mm\].
-const MIN_RADIUS_MM: f64 = 1e-3;
 /// A piece that is cut off beyond its beginning by no more than this is not \[mm\].
 const BACKWARDS_MM: f64 = 1e-9;
 /// An arc that is cut off, or that ends at an outer corner, runs through no larger angle than before, but for this: the
@@ -65,11 +52,10 @@ const BACKWARDS_MM: f64 = 1e-9;
 const MORE_SWEEP_RAD: f64 = 1e-3;
 /// The same of an arc that is not cut off, whose ends are smoothed corners \[rad\].
 const MORE_SMOOTHED_RAD: f64 = 0.2;
-/// The circle of a programmed arc misses its end by no more than words of three decimals explain. Controls differ in
-/// which of its two radii they cut with at a corner \[mm\].
-const MOST_MISSED_MM: f64 = 0.003;
 /// Places this close are one \[mm\].
 const SAME_MM: f64 = 2e-6;
+/// G41 and G42.
+const ON: [Code; 2] = [Code::G(410), Code::G(420)];
 const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 
 impl RadiusPath {
@@ -102,7 +88,7 @@ impl RadiusPath {
 
     /// The motions held back, at the end of the program.
     pub(super) fn finish(&mut self, motions: &mut Vec<Motion>, positions: &mut Vec<Position>) {
-        self.end();
+        self.end(None);
         self.hand_over(motions, positions);
     }
 
@@ -118,7 +104,7 @@ impl RadiusPath {
     /// A motion without compensation.
     fn leave(&mut self, batch: &Batch, placed: &Placed) {
         let (mut motion, mut position) = *placed;
-        self.end();
+        self.end(Some((batch, &motion)));
         let is_followed = motion.unfollowable.is_none() && motion.kind != MotionKind::Opaque;
         match self.standing {
             Standing::AsProgrammed => {}
@@ -161,13 +147,13 @@ impl RadiusPath {
 
     fn compensate(&mut self, batch: &Batch, placed: &Placed, compensation: RadiusCompensation) {
         if self.under_way.as_ref().is_some_and(|way| way.number != compensation.number) {
-            self.end();
+            self.end(None);
         }
         match compensation.beside_mm {
             Some(beside_mm) if beside_mm.abs() <= 0.0 => self.leave(batch, placed),
             Some(beside_mm) => {
                 if self.under_way.is_none() {
-                    self.under_way = Some(UnderWay::new(&placed.0, compensation.number, beside_mm));
+                    self.under_way = Some(UnderWay::new(&placed.0, compensation, beside_mm));
                 }
                 if self.step(batch, placed, compensation).is_none() {
                     self.lose(placed);
@@ -195,15 +181,19 @@ impl RadiusPath {
         self.done.push((motion, position));
     }
 
-    /// Compensation ends after the motions held back.
-    fn end(&mut self) {
+    /// Compensation ends after the motions held back, with the next motion if there is one.
+    fn end(&mut self, next: Option<(&Batch, &Motion)>) {
         let Some(way) = self.under_way.take() else { return };
         if way.is_lost {
             return;
         }
         let Some((piece, from_mm)) = way.last else { return };
         let place = piece.beside(way.beside_mm).map(|beside| beside.end_mm);
-        let reached = place.filter(|at_mm| self.let_go(&way, &piece, from_mm, *at_mm, false).is_some());
+        let is_certain = way.rule == RadiusRule::Rs274
+            || next.is_some_and(|(batch, motion)| way.is_left_alike(batch, motion, &piece));
+        let reached = place
+            .filter(|_| is_certain && (!way.enters || way.rule == RadiusRule::Rs274))
+            .filter(|at_mm| self.let_go(&way, &piece, from_mm, *at_mm, false).is_some());
         if let Some(at_mm) = reached {
             self.standing = Standing::Beside(at_mm, way.plane);
             return;
@@ -230,13 +220,23 @@ impl RadiusPath {
             return Some(());
         }
         let piece = way.piece(batch, motion, compensation)?;
-        let from_mm = match way.last {
-            None => self.enter(&way, &piece)?,
-            Some((last, last_from_mm)) => self.turn(&way, &last, last_from_mm, &piece, motion)?,
+        let from_mm = match (way.last, way.rule) {
+            (None, RadiusRule::Rs274) => self.enter(&way, &piece)?,
+            (None, RadiusRule::Common) => {
+                (self.standing == Standing::AsProgrammed && names(batch, motion, &ON)).then_some(())?;
+                self.enter(&way, &piece)?
+            }
+            (Some((last, last_from_mm)), RadiusRule::Rs274) => {
+                self.turn(&way, &last, last_from_mm, &piece, motion)?
+            }
+            (Some((last, last_from_mm)), RadiusRule::Common) => {
+                self.turn_alike(&way, &last, last_from_mm, &piece, motion)?
+            }
         };
         self.held.push(*placed);
         let way = self.under_way.as_mut()?;
-        (way.last, way.programmed_mm) = (Some((piece, from_mm)), ends_mm[1]);
+        way.enters = way.last.is_none();
+        (way.last, way.programmed_mm, way.place) = (Some((piece, from_mm)), ends_mm[1], place_of(motion));
         Some(())
     }
 
@@ -294,6 +294,29 @@ impl RadiusPath {
         }
     }
 
+    /// A corner that all controls run alike: an inner one, where the paths beside meet, or nearly none. The way in ends
+    /// beside the beginning of the next piece.
+    fn turn_alike(
+        &mut self,
+        way: &UnderWay,
+        last: &PlanePiece,
+        last_from_mm: [f64; 2],
+        next: &PlanePiece,
+        motion: &Motion,
+    ) -> Option<[f64; 2]> {
+        way.goes_on_to(motion).then_some(())?;
+        let is_straight_on = way.turns_inwards(last, next)?;
+        let at_mm = if way.enters {
+            next.beside(way.beside_mm)?.start_mm
+        } else if is_straight_on {
+            last.beside(way.beside_mm)?.end_mm
+        } else {
+            last.meeting_mm(next, way.beside_mm)?
+        };
+        self.let_go(way, last, last_from_mm, at_mm, !is_straight_on)?;
+        Some(at_mm)
+    }
+
     /// Ends the motions held back at a place in the plane \[mm\]; `None` if a piece would run backwards.
     fn let_go(
         &mut self,
@@ -331,68 +354,6 @@ impl RadiusPath {
         }
         Some(())
     }
-}
-
-impl UnderWay {
-    fn new(motion: &Motion, number: u32, beside_mm: f64) -> Self {
-        let plane = motion.plane.unwrap_or(2);
-        // LinuxCNC compensates in XY and ZX alone.
-        let is_lost = motion.plane.is_none() || plane == 0 || beside_mm.abs() < MIN_RADIUS_MM;
-        Self { number, beside_mm, plane, is_lost, last: None, programmed_mm: [0.0; 2] }
-    }
-
-    /// Whether a motion is one of this path: it is followed but for the compensation, and turns no rotary axis.
-    fn takes(&self, motion: &Motion) -> bool {
-        let at_rest = motion.start.zip(motion.end).is_some_and(|(start, end)| {
-            (0..2).all(|k| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits())
-        });
-        motion.unfollowable.is_none()
-            && motion.kind != MotionKind::Opaque
-            && motion.plane == Some(self.plane)
-            && motion.interpolation == Interpolation::Machine
-            && motion.feed.mode != Some(FeedMode::InverseTime)
-            && at_rest
-    }
-
-    fn piece(&self, batch: &Batch, motion: &Motion, compensation: RadiusCompensation) -> Option<PlanePiece> {
-        let [start, end] = [motion.start?, motion.end?];
-        let [from_mm, to_mm] = [start, end].map(|words| of_plane(words, self.plane));
-        if motion.kind != MotionKind::Arc {
-            return PlanePiece::line(from_mm, to_mm);
-        }
-        let modes = ArcModes::new(compensation.is_clockwise?, compensation.absolute_centres?);
-        let arc = ArcPath::of(modes, batch, motion, [start, end]).ok()?;
-        let centre_mm = of_plane(arc.centre()[0], self.plane);
-        if missed_mm(centre_mm, from_mm, to_mm) > MOST_MISSED_MM {
-            return None;
-        }
-        PlanePiece::arc(from_mm, to_mm, PlaneCircle { centre_mm, is_clockwise: arc.sweep_rad() < 0.0 })
-    }
-}
-
-/// By how much a circle about this centre through one place misses another \[mm\].
-fn missed_mm(centre_mm: [f64; 2], from_mm: [f64; 2], to_mm: [f64; 2]) -> f64 {
-    let radius_mm = |at_mm: [f64; 2]| (0..2).map(|k| (at_mm[k] - centre_mm[k]).powi(2)).sum::<f64>().sqrt();
-    (radius_mm(from_mm) - radius_mm(to_mm)).abs()
-}
-
-/// The axes of a plane among X Y Z, in its right-handed order.
-fn plane_axes(plane: u8) -> [usize; 2] {
-    let across = usize::from(plane);
-    [(across + 1) % 3, (across + 2) % 3]
-}
-
-/// Which of X Y Z are axes of the plane; all if it is not known.
-fn axes_of(plane: Option<u8>) -> [bool; 3] {
-    std::array::from_fn(|axis| plane.is_none_or(|plane| plane_axes(plane).contains(&axis)))
-}
-
-fn is_same(a_mm: [f64; 2], b_mm: [f64; 2]) -> bool {
-    a_mm.iter().zip(b_mm).all(|(a, b)| (a - b).abs() <= 0.0)
-}
-
-fn of_plane(words: AxisWords, plane: u8) -> [f64; 2] {
-    plane_axes(plane).map(|axis| words.linear_mm[axis])
 }
 
 /// The words with this place in the plane \[mm\].

@@ -9,6 +9,8 @@ use crate::program::{Address, BlockFlags, BlockKind, Keyword, WordForm};
 /// M codes to which the words after them belong: a feed of other motions (M103, M128), limits of the handwheel (M118),
 /// axes (M94, M138), distances (M140), blocks or angles (M112, M120, M124).
 const WITH_ARGUMENTS: [u32; 9] = [94, 103, 112, 118, 120, 124, 128, 138, 140];
+/// M140.
+const RETRACT: f64 = 140.0;
 
 /// Reads the words after the statement's own word, which ends at `end`. Without `coordinates` the axis words do not
 /// name a place to go to.
@@ -168,6 +170,27 @@ fn compensation(scan: &mut Line<'_>, start: usize) {
     scan.at = start + 2;
 }
 
+/// `MB MAX` and a feed behind M140.
+fn retract(scan: &mut Line<'_>, code: f64) {
+    let text = scan.slice(scan.at, scan.extent.body_end);
+    let text = text.split(|byte| matches!(byte, b';' | b'\r' | b'\n')).next().unwrap_or_default();
+    let mut words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let is_max = words.next().is_some_and(|word| word.eq_ignore_ascii_case(b"MB"))
+        && words.next().is_some_and(|word| word.eq_ignore_ascii_case(b"MAX"));
+    if (code - RETRACT).abs() > 0.0 || !is_max {
+        return;
+    }
+    let keyword = match (words.next(), words.next()) {
+        (None, _) => Keyword::RetractToLimit,
+        (Some(feed), None) if feed.eq_ignore_ascii_case(b"FMAX") => Keyword::RetractToLimit,
+        (Some([b'F' | b'f', digits @ ..]), None) if digits.iter().all(u8::is_ascii_digit) => {
+            Keyword::RetractToLimitAtFeed
+        }
+        _ => return,
+    };
+    scan.keyword(keyword, scan.at, scan.at);
+}
+
 fn m_code(scan: &mut Line<'_>, start: usize) {
     let (_, Value::Number(number)) = value(scan, start + 1) else { return scan.fail_number(start) };
     // `M202(0.0059)`: the argument belongs to its code.
@@ -183,6 +206,7 @@ fn m_code(scan: &mut Line<'_>, start: usize) {
     if !takes_words || scan.kind.is_some() {
         return;
     }
+    retract(scan, number.value);
     // Up to the next M code.
     while scan.at < scan.extent.body_end {
         match scan.byte(scan.at).to_ascii_uppercase() {

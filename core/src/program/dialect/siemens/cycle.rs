@@ -22,6 +22,9 @@ enum Role {
     /// Not stated, 0 or 1.
     ZeroOrOne,
     Feed(Address),
+    /// The pitch of a thread, and the speeds of the spindle down and up. The feed is their product.
+    Pitch,
+    Speed(Address),
     /// `_DMODE`: 0, or 1 to 3 for the planes G17 to G19.
     Plane,
     /// `_DMODE`, or `_AMODE` as some posts write it here: 10 says nothing of the depth.
@@ -30,7 +33,7 @@ enum Role {
     Depth,
 }
 
-use Role::{Depth, Feed, Free, Plane, PlaneOrTen, Zero, ZeroOrOne};
+use Role::{Depth, Feed, Free, Pitch, Plane, PlaneOrTen, Speed, Zero, ZeroOrOne};
 
 /// The arguments of a cycle after the first five; `None` for cycles that are not read.
 const fn roles(number: u32) -> Option<&'static [Role]> {
@@ -44,7 +47,7 @@ const fn roles(number: u32) -> Option<&'static [Role]> {
             Depth,
         ],
         // DTB, SDAC, MPIT, PIT, POSS, SST, SST1
-        84 => &[Free, Free, Free, Free, Free, Free, Free],
+        84 => &[Free, Free, Free, Pitch, Free, Speed(Address::S), Speed(Address::L)],
         // DTB, SDR, SDAC, ENC, MPIT, PIT
         840 => &[Free, Free, Free, Free, Free, Free],
         // DTB, FFR, RFF, _GMODE, _DMODE, _AMODE
@@ -103,6 +106,7 @@ fn read(line: &Line<'_>, from: usize, number: u32, last: bool) -> Option<Words> 
     let roles = roles(number)?;
     let arguments = arguments(line, from, PLANES.len() + roles.len(), last)?;
     let mut words = Words::new();
+    let mut pitch = None;
     for (address, argument) in PLANES.into_iter().zip(&arguments) {
         words.extend(argument.map(|argument| (address, argument)));
     }
@@ -114,6 +118,20 @@ fn read(line: &Line<'_>, from: usize, number: u32, last: bool) -> Option<Words> 
         };
         let is_certain = match role {
             Free => true,
+            Pitch => {
+                pitch = argument.value.map(f64::abs);
+                true
+            }
+            Speed(address) => {
+                let feed = pitch.zip(argument.value).map(|(pitch, speed)| pitch * speed);
+                match feed.filter(|feed| *feed > 0.0 && *feed <= MAX_MAGNITUDE) {
+                    Some(feed) => words.push((*address, Argument { value: Some(feed), ..argument })),
+                    // A speed of 0 is as if it were missing. Without both speeds no feed is known.
+                    None if argument.value == Some(0.0) => {}
+                    None => words.retain(|(stated, _)| *stated != Address::S),
+                }
+                true
+            }
             ZeroOrOne => is(&[0.0, 1.0]),
             Plane | PlaneOrTen if is(&[1.0, 2.0, 3.0]) => {
                 words.push((Address::H, argument));
