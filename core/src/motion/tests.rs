@@ -248,8 +248,8 @@ fn canned_cycles_last_until_g80() {
     // G0 was in force before the series.
     assert_eq!((motions[2].unfollowable, motions[2].kind), (None, MotionKind::Rapid));
     assert!(motions[3].end.is_none());
-    let motions = run_from_zero("G1 X0 F1\nG81 X1 Z-5 R1 F1\nG80\nX3\n");
-    assert_eq!(motions[2].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::Motion }));
+    let after_g1 = run_from_zero("G1 X0 F1\nG81 X1 Z-5 R1 F1\nG80\nX3\n");
+    assert_eq!(after_g1[2].unfollowable, Some(Unfollowable::ModeUnknown { group: ModalGroup::Motion }));
     assert_eq!(end(&motions[5]), [5.0, 0.0, 1.0, 0.0, 0.0]);
     // A safety line's G80 changes nothing.
     assert_eq!(run_from_zero("G0 G17 G40 G80\nX1\n")[0].kind, MotionKind::Rapid);
