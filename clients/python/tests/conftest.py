@@ -126,11 +126,10 @@ def own_machine(client: Trunnion, request: pytest.FixtureRequest) -> Machine:
 @pytest.fixture(scope="session")
 def long_program() -> bytes:
     """A program that keeps a computation busy for seconds."""
-    lines, c = ["G21 G90 G94", "G1 F3000"], 0.0
+    lines, c = [], 0.0
     for k in range(400_000):
         c += (1 if (k // 700) % 2 == 0 else -1) * (2.6 if k % 50 == 0 else 0.31)
         p = k / 400
         x, y, z = 80 + 15 * math.cos(0.7 * p), -20 + 11 * math.sin(0.9 * p), 40 + 5 * math.cos(p)
         lines.append(f"X{x:.4f} Y{y:.4f} Z{z:.4f} A{35 + 12 * math.sin(p):.4f} C{c:.4f}")
-    lines += ["M30", ""]
-    return "\n".join(lines).encode()
+    return "\n".join(["G21 G90 G94", "G1 F3000", *(4 * lines), "M30", ""]).encode()
