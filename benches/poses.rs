@@ -155,7 +155,7 @@ async fn of_documents(senders: usize) -> Result<[f64; 2], Failure> {
 /// Prints a row for each size of table and each number of connections.
 #[expect(clippy::print_stdout, reason = "figures are what a benchmark is for")]
 pub(crate) async fn many_poses() -> Result<(), Failure> {
-    for poses in [250_000, 500_000, 1_000_000] {
+    for poses in [250_000, 500_000, 1_000_000, 2_000_000] {
         let [rate, peak_mib] = of_table(poses).await?;
         println!("inverse of {poses} poses, CSV: {rate:.2} M poses/s, {peak_mib:.0} MiB above idle at most");
     }

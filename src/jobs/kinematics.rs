@@ -1,13 +1,15 @@
 //! Many poses or joints at a time, inside the pool.
 
+use std::io;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{Cost, MachineUsed, TooCostly};
+use super::{Cost, MachineUsed, ReceivedPoses, TooCostly, WaitingPoses};
 use crate::kinematics::{
-    DecidedPath, InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, Setup, ToolPose, WarningKind,
+    DecidedPath, InverseError, Kinematics, PathOptions, PathWarning, PoseLanes, PoseSource, Setup, ToolPose,
+    WarningKind,
 };
 use crate::machine::{Machine, Motion};
 use crate::meter;
@@ -163,6 +165,12 @@ impl InverseTask {
         self.selection == Selection::Path
     }
 
+    /// Whether the poses of a table may wait in a file: the path is then gone along a fixed number of times, in order.
+    #[must_use]
+    pub fn may_wait(&self) -> bool {
+        self.is_path() && !self.kinematics.has_several_turns()
+    }
+
     /// Memory to decide the path through this many poses, in addition to the poses \[bytes\]: for each pose its state,
     /// and the way to every state. With several turns, the solutions too.
     #[must_use]
@@ -214,7 +222,7 @@ impl InverseTask {
     ///
     /// # Errors
     /// Every bad value, or too many poses.
-    pub fn checked(&self, poses: PoseColumns, limits: Limits) -> Result<PoseLanes, KinematicsFault> {
+    fn checked(&self, poses: PoseColumns, limits: Limits) -> Result<PoseLanes, KinematicsFault> {
         let answers = self.answers();
         limits.check(poses.len(), answers)?;
         let count = poses.len().saturating_mul(answers);
@@ -222,6 +230,19 @@ impl InverseTask {
             return Err(KinematicsFault::TooMany { count, limit: MAX_CANDIDATES });
         }
         poses.into_core().map_err(KinematicsFault::Values)
+    }
+
+    /// The poses where they wait, if there are not too many. Blocks.
+    ///
+    /// # Errors
+    /// Every bad value, too many poses, or their file cannot be written.
+    pub fn waiting<E: From<KinematicsFault> + From<io::Error>>(
+        &self,
+        poses: ReceivedPoses,
+        limits: Limits,
+    ) -> Result<WaitingPoses, E> {
+        let (columns, file) = poses.parts();
+        Ok(WaitingPoses::new(self.checked(columns, limits)?, file)?)
     }
 
     /// How the path is chosen.
@@ -236,13 +257,13 @@ impl InverseTask {
     /// A pose out of reach, or the client has left.
     pub fn decide<'a>(
         &'a self,
-        poses: &'a PoseLanes,
+        poses: &'a dyn PoseSource,
         options: &'a PathOptions,
         stop: &'a Stop<'a>,
     ) -> Result<DecidedPath<'a>, KinematicsFault> {
         let decided = self.kinematics.decide_path(poses, options, stop);
         let decided = decided.map_err(|error| self.fault(error))?;
-        meter::POSES.add(poses.len() as u64);
+        meter::POSES.add(poses.count() as u64);
         Ok(decided)
     }
 

@@ -24,6 +24,8 @@ mod one_pass;
 mod open_fault;
 mod opening;
 mod part_surface;
+mod pose_file;
+mod pose_table;
 mod posting;
 mod program_figure;
 mod program_file;
@@ -67,6 +69,7 @@ pub use kinematics::{InverseAnswer, InverseTask, KinematicsFault, Limits, forwar
 pub use one_pass::one_pass_figure;
 pub use open_fault::{OpenFault, TrustFault};
 pub use opening::{open_data_directory, profile_sha256};
+pub use pose_table::{POSES_IN_MEMORY, PoseTable, ReceivedPoses, WaitingPoses};
 pub use program_file::InputFile;
 pub use program_files::{ArrivingFiles, ProgramFilesFault, SentFile, joined, looks_joined};
 pub use program_job::{ProgramJob, run_program_job};

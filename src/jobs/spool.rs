@@ -6,7 +6,7 @@ use bytes::Bytes;
 use thiserror::Error;
 
 use super::asker;
-use crate::shares::{NoShare, Shares, Who};
+use crate::shares::{Held, NoShare, Shares, Who};
 use crate::store::{BlobFault, Blobs, Draft};
 
 /// Why an upload could not be taken.
@@ -90,6 +90,12 @@ impl Spool {
         })
     }
 
+    /// Room for the present caller's bytes that are no upload and no result; none if callers do not share the spool.
+    #[must_use]
+    pub fn room(&self) -> Option<Held> {
+        self.shares.as_ref().map(|shares| shares.none_of(&asker()))
+    }
+
     /// The files beside the database.
     #[must_use]
     pub fn blobs(&self) -> &Blobs {
@@ -110,8 +116,8 @@ impl Spool {
     /// The file cannot be made.
     pub fn begin_within(&self, limit: u64) -> Result<Upload, SpoolFault> {
         let mut draft = self.blobs.draft()?;
-        if let Some(shares) = &self.shares {
-            draft = draft.counted(shares.none_of(&asker()));
+        if let Some(room) = self.room() {
+            draft = draft.counted(room);
         }
         Ok(Upload { draft: Some(draft), pending: Vec::new(), taken: 0, limit })
     }

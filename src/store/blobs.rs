@@ -194,6 +194,14 @@ impl Blobs {
         NamedTempFile::new_in(&self.spool)
     }
 
+    /// A file without a name in the folder of incomplete files: it is gone when it is closed, however the process ends.
+    ///
+    /// # Errors
+    /// The file cannot be made.
+    pub fn nameless(&self) -> io::Result<File> {
+        tempfile::tempfile_in(&self.spool)
+    }
+
     /// Moves a draft to the name of its digest: data to disk, folder to disk, rename, name to disk. If the same bytes
     /// are already there, nothing changes. If the directory has copies, the file itself comes first. Blocks.
     ///

@@ -43,7 +43,20 @@ impl PoseColumns {
         self.count += 1;
     }
 
-    /// The poses with unit axes.
+    /// How many poses are in memory: those that are not faulty and were not taken.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.lanes.len()
+    }
+
+    /// Takes the poses that are in memory, in their order, and leaves `memory` for the next ones. They still count, and
+    /// the faults stay.
+    pub fn take(&mut self, mut memory: PoseLanes) -> PoseLanes {
+        memory.clear();
+        std::mem::replace(&mut self.lanes, memory)
+    }
+
+    /// The poses with unit axes, except those that were taken.
     ///
     /// # Errors
     /// Every bad value, with its pointer.

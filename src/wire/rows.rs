@@ -5,6 +5,7 @@ use thiserror::Error;
 use super::decimal::number_at;
 use super::pieces::push_numbers;
 use super::{Fault, FaultList, JointWords, Pose, PoseColumns};
+use crate::kinematics::PoseLanes;
 use crate::machine::{Machine, RotaryLetter};
 
 /// Why a table cannot be read.
@@ -325,6 +326,19 @@ row_reader! {
 row_reader! {
     /// Reads a table of joints.
     JointRows of JointWords, Vec<JointWords>
+}
+
+impl PoseRows {
+    /// How many poses are in memory.
+    #[must_use]
+    pub fn held(&self) -> usize {
+        self.0.rows.held()
+    }
+
+    /// Takes the poses that are in memory: see [`PoseColumns::take`].
+    pub fn take(&mut self, memory: PoseLanes) -> PoseLanes {
+        self.0.rows.take(memory)
+    }
 }
 
 /// The columns of a table of joints on one machine.

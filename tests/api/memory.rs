@@ -33,10 +33,40 @@ async fn what_fits_is_answered_and_what_never_will_is_told_how_much_does() {
     let refused = app.post_text(INVERSE, "application/json", poses(500_000)).await;
     let detail = problem(refused, "body-too-large").await["detail"].as_str().unwrap().to_owned();
     assert!(detail.contains("raise max_memory_bytes"), "{detail}");
-    let rows = format!("x,y,z,i,j,k\n{}", "1,2,3,0,0.1,1\n".repeat(600_000));
-    problem(app.post_text(INVERSE, "text/csv", rows).await, "body-too-large").await;
+    // A long table waits on the disk. Its answer as a document, which takes all solutions at once, does not.
+    let count = 300_000;
+    let rows = Bytes::from(format!("x,y,z,i,j,k\n{}", "1,2,3,0,0.1,1\n".repeat(count)));
+    let answer = app.post_text(INVERSE, "text/csv", rows.clone()).await;
+    assert_eq!((answer.status(), &answer.headers()["trunnion-warnings"] == "0"), (StatusCode::OK, true));
+    let answer = answer.text().await.unwrap();
+    let (first, last) = (answer.lines().nth(1), answer.lines().nth(count));
+    assert!(first.is_some() && first == last && answer.lines().count() == count + 1);
+    let asked = app.client.post(app.url(INVERSE)).header("content-type", "text/csv").body(rows);
+    let document = asked.header("accept", "application/json").send().await.unwrap();
+    problem(document, "body-too-large").await;
+    assert_eq!(app.files(), (0, 0));
     // Nothing is left of them.
     assert_eq!(app.post_text(INVERSE, "application/json", poses(50_000)).await.status(), 200);
+}
+
+#[tokio::test]
+async fn a_long_table_without_room_in_the_spool_is_refused_and_leaves_nothing() {
+    let row = "1,2,3,0,0.1,1\n";
+    let rows = |count: usize| format!("x,y,z,i,j,k\n{}", row.repeat(count));
+    let app = spawn_with(|settings| settings.max_spool_bytes = 1 << 20).await;
+    problem(app.post_text(INVERSE, "text/csv", rows(140_000)).await, "storage-unavailable").await;
+    assert_eq!(app.files(), (0, 0));
+    // A shorter one stays in memory.
+    assert_eq!(app.post_text(INVERSE, "text/csv", rows(20_000)).await.status(), 200);
+    let app = spawn_with(|_| {}).await;
+    // The last row cannot be reached.
+    let far = format!("{}1,2,3,0,0,-1\n", rows(140_000));
+    assert_eq!(
+        problem(app.post_text(INVERSE, "text/csv", far).await, "unreachable-pose").await["pose"],
+        140_000
+    );
+    std::fs::remove_dir(app.data.join("spool")).unwrap();
+    problem(app.post_text(INVERSE, "text/csv", rows(140_000)).await, "internal").await;
 }
 
 /// Connections that have sent a part of a body each.

@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use trunnion::geometry::{Vec3, angle_between};
 use trunnion::kinematics::{
-    COMPUTED_WORD_SLACK, InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, PoseLanes,
-    Selection, Setup, ToolPose, WarningKind,
+    COMPUTED_WORD_SLACK, InstructionSet, InverseError, Kinematics, Lanes, Path, PathOptions, PoseBlock,
+    PoseLanes, PoseSource, Poses, Selection, Setup, ToolPose, WarningKind,
 };
 use trunnion::machine::{Machine, MachineParts, Preset, Travel};
 
@@ -319,26 +319,46 @@ proptest! {
         let mut poses: Vec<_> = poses.into_iter().filter(|p| kinematics.candidates(0, p, 0.0).is_ok()).collect();
         poses.iter_mut().take(begins_on_pole).for_each(|pose| pose.axis = Vec3::z());
         let whole = kinematics.path(&poses, &options, GO_ON);
-        let in_pieces = in_pieces(&kinematics, &poses, &options, piece);
-        prop_assert_eq!(&in_pieces, &whole);
-        if let (Ok(in_pieces), Ok(whole)) = (&in_pieces, &whole) {
-            prop_assert_eq!(bits(in_pieces), bits(whole));
+        let mut lanes = PoseLanes::with_capacity(poses.len());
+        for pose in &poses {
+            lanes.push(*pose);
         }
+        let sources: [&dyn PoseSource; 2] = [&lanes, &Elsewhere(poses)];
+        for source in sources {
+            let in_pieces = in_pieces(&kinematics, source, &options, piece);
+            prop_assert_eq!(&in_pieces, &whole);
+            if let (Ok(in_pieces), Ok(whole)) = (&in_pieces, &whole) {
+                prop_assert_eq!(bits(in_pieces), bits(whole));
+            }
+        }
+    }
+}
+
+/// Poses that are handed over as those in a file are: copied, block by block.
+struct Elsewhere(Vec<ToolPose>);
+
+impl PoseSource for Elsewhere {
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> Poses<'a> {
+        let numbers = |pose: &ToolPose| {
+            let ToolPose { tip_mm, axis } = pose;
+            [tip_mm.x, tip_mm.y, tip_mm.z, axis.x, axis.y, axis.z]
+        };
+        copy.fill(self.0[start..].iter().map(numbers))
     }
 }
 
 /// A path that is decided first, and then put together from its pieces.
 fn in_pieces(
     kinematics: &Kinematics,
-    poses: &[ToolPose],
+    poses: &dyn PoseSource,
     options: &PathOptions,
     size: usize,
 ) -> Result<Path, InverseError> {
-    let mut lanes = PoseLanes::with_capacity(poses.len());
-    for pose in poses {
-        lanes.push(*pose);
-    }
-    let mut decided = kinematics.decide_path(&lanes, options, &|| ControlFlow::Continue(()))?;
+    let mut decided = kinematics.decide_path(poses, options, &|| ControlFlow::Continue(()))?;
     let (warnings, mut whole, mut piece) = (decided.warnings(), Path::default(), Path::default());
     loop {
         decided.next_piece(size, &mut piece)?;
@@ -346,7 +366,7 @@ fn in_pieces(
         if joints.is_empty() {
             break;
         }
-        assert!(joints.len() >= size || whole.joints.len() + joints.len() == poses.len());
+        assert!(joints.len() >= size || whole.joints.len() + joints.len() == poses.count());
         for lane in 0..joints.len() {
             let linear_mm = [joints.x_mm[lane], joints.y_mm[lane], joints.z_mm[lane]];
             whole.joints.push(linear_mm, [joints.first_rad[lane], joints.second_rad[lane]]);

@@ -5,10 +5,11 @@ use std::ops::{ControlFlow, Range};
 use super::choice::Way;
 use super::grid::Grid;
 use super::joining::Joiner;
-use super::lanes::{BLOCK, Lane, PoseSource};
+use super::lanes::{BLOCK, Lane};
+use super::pose_source::PoseSource;
 use super::relaxed::Relaxed;
 use super::walk::{Stop, Walk};
-use super::{InverseError, Kinematics, Path, PathOptions, PoseLanes, REWIND_DEG};
+use super::{InverseError, Kinematics, Path, PathOptions, REWIND_DEG};
 
 /// The cheapest way through all poses.
 pub(super) struct Course {
@@ -49,7 +50,7 @@ type SharedStop<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
 /// A path whose choice is made, and whose joints are made block by block.
 pub struct DecidedPath<'a> {
-    walk: Walk<'a, PoseLanes, SharedStop<'a>>,
+    walk: Walk<'a, dyn PoseSource + 'a, SharedStop<'a>>,
     course: Course,
     joiner: Joiner,
     /// Words of u, v before the next block, as [`Walk::follow_course`] wants them \[deg\].
@@ -63,13 +64,13 @@ impl Kinematics {
     /// [`super::Selection::Cheapest`]. Its joints are made later, piece by piece, with the same bits. Beside the poses it
     /// needs few bytes for each, unless [`Kinematics::has_several_turns`].
     ///
-    /// `stop` is asked once per block of poses.
+    /// `stop` is asked once per block of poses, and once more before the decision is handed over.
     ///
     /// # Errors
     /// As for [`Kinematics::path`]. Once a path is decided, only a stop can end it.
     pub fn decide_path<'a>(
         &'a self,
-        poses: &'a PoseLanes,
+        poses: &'a (dyn PoseSource + 'a),
         options: &'a PathOptions,
         stop: &'a SharedStop<'a>,
     ) -> Result<DecidedPath<'a>, InverseError> {
@@ -80,6 +81,7 @@ impl Kinematics {
             walk.open_window()?;
         }
         let course = walk.decide(Grid::new(self.travel_deg))?;
+        walk.go_on()?;
         let (joiner, previous) = (walk.joiner(), walk.start);
         Ok(DecidedPath { walk, course, joiner, previous, next: 0 })
     }
@@ -89,7 +91,7 @@ impl DecidedPath<'_> {
     /// The number of poses.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.walk.poses.len()
+        self.walk.poses.count()
     }
 
     /// Whether there is no pose.
@@ -105,7 +107,8 @@ impl DecidedPath<'_> {
     }
 
     /// Replaces `piece` by the joints of the next poses: whole blocks, so that there are at least `poses` of them, or
-    /// the last. After the last pose, `piece` is empty. The warnings count poses from the first of the path.
+    /// the last. After the last pose, `piece` is empty. The warnings count poses from the first of the path. The stop is
+    /// asked once per block, and once more before the piece is handed over.
     ///
     /// # Errors
     /// The caller wants to stop.
@@ -129,6 +132,6 @@ impl DecidedPath<'_> {
             piece.conditioning.extend_from_slice(&out.conditioning[places]);
             piece.warnings.append(&mut out.warnings);
         }
-        Ok(())
+        self.walk.go_on()
     }
 }

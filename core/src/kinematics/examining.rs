@@ -5,10 +5,11 @@
 
 use super::aligned::Aligned;
 use super::joining::JoinLanes;
-use super::lanes::{BLOCK, Lane, PointedBlock, PoseBlock, PoseSource, Targets, both_words, point};
+use super::lanes::{BLOCK, Lane, PointedBlock, Targets, both_words, point};
 use super::pointing::principal_deg;
+use super::pose_source::{PoseBlock, PoseSource};
 use super::walk::{ALIVE, HELD, LIMIT, PLAIN, Stop, Walk, branch_words, branch_words_mut};
-use super::{InverseError, Kinematics, REACH_SLACK_RAD};
+use super::{InverseError, Kinematics, REACH_SLACK_RAD, ToolPose};
 use crate::geometry::trig;
 
 /// The directions found so far.
@@ -181,7 +182,8 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     pub(super) fn point(&self, begin: usize, examination: &mut Examination) {
         let cone_sin2 = examination.cone_sin2;
         let Some(lanes) = &mut examination.lanes else { return };
-        let (size, poses) = self.poses.block(begin, &mut lanes.copy);
+        let poses = self.poses.block(begin, &mut lanes.copy);
+        let size = poses.count;
         point(self.options.instructions, &self.kinematics.pointing, cone_sin2, poses, &mut lanes.pointed);
         // Without a branch in the loop.
         let sound = lanes.pointed.margin[..size].iter().fold(1, |all, margin| all & u8::from(*margin > 0.0));
@@ -248,7 +250,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
         self.out.conditioning[place] = solution.conditioning;
         let mut mark = if solution.axis_residual_rad > REACH_SLACK_RAD { LIMIT } else { 0 };
         for branch in 0..solution.branches {
-            if self.linear_fits(index, words[branch]) {
+            if self.linear_fits(index, &pose, words[branch]) {
                 mark |= ALIVE[branch];
             }
         }
@@ -263,9 +265,8 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
         }
     }
 
-    fn linear_fits(&self, index: usize, words_deg: [f64; 2]) -> bool {
-        let tip_mm = self.poses.pose(index).tip_mm;
-        let linear_mm = self.kinematics.joints_at(tip_mm, words_deg).linear_mm;
+    fn linear_fits(&self, index: usize, pose: &ToolPose, words_deg: [f64; 2]) -> bool {
+        let linear_mm = self.kinematics.joints_at(pose.tip_mm, words_deg).linear_mm;
         self.kinematics.linear_miss(index, linear_mm).is_none()
     }
 
@@ -277,7 +278,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
         self.set_words(index, words);
         let mut mark = HELD;
         for branch in 0..2 {
-            if self.linear_fits(index, words[branch]) {
+            if self.linear_fits(index, &pose, words[branch]) {
                 mark |= ALIVE[branch];
             }
         }

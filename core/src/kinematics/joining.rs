@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use super::aligned::Aligned;
-use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, PoseBlock, PoseSource, Targets, join};
+use super::lanes::{BLOCK, Joined, JointBlock, Lane, LinearChain, Targets, join};
+use super::pose_source::{PoseBlock, PoseSource};
 use super::walk::{HELD, LIMIT, Stop, Walk};
 use super::{InstructionSet, InverseError, Kinematics, PathWarning, WarningKind};
 

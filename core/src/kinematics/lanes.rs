@@ -5,105 +5,13 @@
 use multiversion::multiversion;
 
 use super::pointing::{Aimed, Pointing, SIGNS, Sighted, turn_of_u};
-use super::{InstructionSet, Kinematics, MAX_COORDINATE_MM, PoseLanes, ToolPose};
+use super::pose_source::Poses;
+use super::{InstructionSet, Kinematics, MAX_COORDINATE_MM};
 use crate::geometry::trig_lanes;
 
 /// Poses processed together: all arrays of a block stay in the second-nearest cache.
 pub(super) const BLOCK: usize = 128;
 pub(super) type Lane = [f64; BLOCK];
-
-/// Poses that can be loaded into blocks.
-pub(super) trait PoseSource {
-    fn count(&self) -> usize;
-    fn pose(&self, index: usize) -> ToolPose;
-    /// Up to a block of poses from `start` on, in place or copied into `copy`, and their number.
-    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>);
-    /// Only the tips of [`PoseSource::block`].
-    fn tips<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> [&'a Lane; 3] {
-        self.block(start, copy).1.tip_mm
-    }
-}
-
-/// A block of poses in place: x y z, i j k.
-#[derive(Clone, Copy)]
-pub(super) struct Poses<'a> {
-    pub(super) tip_mm: [&'a Lane; 3],
-    pub(super) axis: [&'a Lane; 3],
-}
-
-/// A block of poses: x y z, i j k.
-#[repr(align(64))]
-pub(super) struct PoseBlock {
-    pub(super) tip_mm: [Lane; 3],
-    pub(super) axis: [Lane; 3],
-}
-
-impl PoseBlock {
-    pub(super) fn new() -> Self {
-        Self { tip_mm: [[0.0; BLOCK]; 3], axis: [[0.0; BLOCK], [0.0; BLOCK], [1.0; BLOCK]] }
-    }
-
-    fn poses(&self) -> Poses<'_> {
-        Poses { tip_mm: self.tip_mm.each_ref(), axis: self.axis.each_ref() }
-    }
-}
-
-impl PoseSource for [ToolPose] {
-    fn count(&self) -> usize {
-        self.len()
-    }
-    fn pose(&self, index: usize) -> ToolPose {
-        self[index]
-    }
-    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>) {
-        let poses = &self[start..self.len().min(start + BLOCK)];
-        let ([x, y, z], [i, j, k]) = (&mut copy.tip_mm, &mut copy.axis);
-        let places = x.iter_mut().zip(y).zip(z).zip(i).zip(j).zip(k);
-        for ((((((x, y), z), i), j), k), pose) in places.zip(poses) {
-            (*x, *y, *z) = (pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
-            (*i, *j, *k) = (pose.axis.x, pose.axis.y, pose.axis.z);
-        }
-        (poses.len(), copy.poses())
-    }
-    fn tips<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> [&'a Lane; 3] {
-        let poses = &self[start..self.len().min(start + BLOCK)];
-        let [x, y, z] = &mut copy.tip_mm;
-        for (((x, y), z), pose) in x.iter_mut().zip(y).zip(z).zip(poses) {
-            (*x, *y, *z) = (pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
-        }
-        copy.tip_mm.each_ref()
-    }
-}
-
-impl PoseSource for PoseLanes {
-    fn count(&self) -> usize {
-        self.len()
-    }
-    fn pose(&self, index: usize) -> ToolPose {
-        Self::pose(self, index)
-    }
-    fn block<'a>(&'a self, start: usize, copy: &'a mut PoseBlock) -> (usize, Poses<'a>) {
-        let end = self.len().min(start + BLOCK);
-        let whole = |lane: &'a Vec<f64>| lane.get(start..end)?.as_array::<BLOCK>();
-        let here = || {
-            Some(Poses {
-                tip_mm: [whole(&self.x_mm)?, whole(&self.y_mm)?, whole(&self.z_mm)?],
-                axis: [whole(&self.i)?, whole(&self.j)?, whole(&self.k)?],
-            })
-        };
-        if let Some(poses) = here() {
-            return (BLOCK, poses);
-        }
-        let [x, y, z] = &mut copy.tip_mm;
-        let [i, j, k] = &mut copy.axis;
-        let pairs =
-            [(x, &self.x_mm), (y, &self.y_mm), (z, &self.z_mm), (i, &self.i), (j, &self.j), (k, &self.k)];
-        for (lane, from) in pairs {
-            lane[..end - start].copy_from_slice(&from[start..end]);
-        }
-        (end - start, copy.poses())
-    }
-}
 
 /// The directions of a block.
 #[repr(align(64))]
@@ -217,7 +125,7 @@ fn point_avx512(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut
 #[expect(clippy::needless_bitwise_bool, reason = "no branch inside a lane")]
 fn point_loop(pointing: &Pointing, cone_sin2: f64, poses: Poses<'_>, out: &mut PointedBlock) {
     let pointing = *pointing;
-    let Poses { tip_mm: [x, y, z], axis } = poses;
+    let Poses { tip_mm: [x, y, z], axis, .. } = poses;
     let is_near = |value_mm: f64| value_mm.abs() <= MAX_COORDINATE_MM;
     // Several short loops let the processor work on many lanes at a time instead of waiting for one.
     let PointedBlock { b_rad: b, b_across, eta: [eta, eta_across], gamma: [gamma, gamma_across], .. } = out;

@@ -21,6 +21,7 @@ mod nearest;
 mod path;
 mod plane_axes;
 mod pointing;
+mod pose_source;
 mod relaxed;
 mod singular_zone;
 mod singularity;
@@ -43,6 +44,7 @@ pub use inverse::{Branch, COMPUTED_WORD_SLACK, Candidate, MAX_COORDINATE_MM, REA
 pub use near::NearWords;
 pub use path::{Lanes, MAX_CELLS, Path, PathOptions, PathWarning, REWIND_DEG, Selection, WarningKind};
 pub use plane_axes::{FreeAxis, PlaneAxes, PlaneSide, PlaneWish};
+pub use pose_source::{PoseBlock, PoseSource, Poses};
 pub use singular_zone::{SingularZone, Singularity, SingularityKind};
 pub use singularity::MIN_CONE_DEG;
 pub use turning_room::TurningRoom;

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use super::grid::Grid;
-use super::lanes::PoseSource;
+use super::pose_source::PoseSource;
 use super::walk::{Stop, Walk};
 use super::{InstructionSet, InverseError, JointLanes, Joints, Kinematics, PoseLanes, ToolPose};
 use crate::machine::{Motion, Travel};

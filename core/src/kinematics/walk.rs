@@ -8,7 +8,7 @@ use std::ops::{ControlFlow, Range};
 
 use super::grid::Stage;
 use super::inverse::{ROTARY_RANK, least_excess, turn_range};
-use super::lanes::PoseSource;
+use super::pose_source::PoseSource;
 use super::window::Window;
 use super::{InverseError, JointLanes, Kinematics, Path, PathOptions};
 use crate::machine::Motion;

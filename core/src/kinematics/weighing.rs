@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::aligned::Aligned;
 use super::grid::Grid;
-use super::lanes::{BLOCK, Lane, PoseSource};
+use super::lanes::{BLOCK, Lane};
+use super::pose_source::PoseSource;
 use super::staying::Stays;
 use super::two_way::{Rules, Weights, weigh};
 use super::walk::{Stop, Walk, branch_words};

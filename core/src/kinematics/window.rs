@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use super::InverseError;
 use super::examining::Examination;
-use super::lanes::{BLOCK, PoseSource};
+use super::lanes::BLOCK;
+use super::pose_source::{PoseBlock, PoseSource};
 use super::walk::{PLAIN, Stop, Walk};
 
 /// What is known of a path that moves through the memory. No axis has several turns.
@@ -41,13 +42,15 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// The words of u with which both branches leave the pole cone for the first time \[deg\]. They are 0 if no pose is
     /// outside.
     fn first_u_outside(&self, cone_rad: f64) -> Result<[f64; 2], InverseError> {
-        for index in 0..self.poses.count() {
-            if index % BLOCK == 0 {
-                self.go_on()?;
-            }
-            let solution = self.kinematics.solution(index, &self.poses.pose(index))?;
-            if solution.polar_distance_rad > cone_rad {
-                return Ok(solution.words_deg.map(|words| words[0]));
+        let (count, mut copy) = (self.poses.count(), Box::new(PoseBlock::new()));
+        for begin in (0..count).step_by(BLOCK) {
+            self.go_on()?;
+            let poses = self.poses.block(begin, &mut copy);
+            for lane in 0..poses.count {
+                let solution = self.kinematics.solution(begin + lane, &poses.pose(lane))?;
+                if solution.polar_distance_rad > cone_rad {
+                    return Ok(solution.words_deg.map(|words| words[0]));
+                }
             }
         }
         Ok([0.0; 2])

@@ -139,6 +139,6 @@ async fn read(
     let options = read_query(&query)?;
     let (parts, body) = request.into_parts();
     let mut rows = JointRows::new(app.settings.max_poses);
-    feed(app, &parts, body, 2 * size_of::<JointWords>(), |chunk| rows.feed(chunk)).await?;
+    feed(app, &parts, body, &mut rows).await?;
     Ok((rows.finish()?, options))
 }

@@ -1,6 +1,7 @@
 //! Tool poses to axis words.
 
 use std::io::Write;
+use std::sync::Arc;
 
 use axum::extract::{Request, State};
 use axum::response::Response;
@@ -16,14 +17,15 @@ use crate::http::printed::{Printed, Unprinted, print_computed, print_here};
 use crate::http::problem::Problem;
 use crate::http::refusals::refusals;
 use crate::jobs::memory::will_take;
-use crate::jobs::{InverseAnswer, InverseTask, KinematicsFault};
-use crate::kinematics::DecidedPath;
+use crate::jobs::{
+    InverseAnswer, InverseTask, KinematicsFault, Limits, POSES_IN_MEMORY, PoseTable, ReceivedPoses,
+    WaitingPoses,
+};
 use crate::machine::Machine;
 use crate::process::Stop;
 use crate::side_by_side::SideBySide;
 use crate::wire::{
-    InverseRequest, JointColumns, KinematicsOptions, PoseColumns, PoseRows, Solutions, SolvedPoses,
-    read_query, write_path_rows,
+    InverseRequest, JointColumns, KinematicsOptions, Solutions, SolvedPoses, read_query, write_path_rows,
 };
 
 refusals!(
@@ -62,11 +64,17 @@ pub(super) async fn solve_inverse_kinematics(
     let kind = choose(request.headers(), offers(table))?;
     let on = current_machine(&app, &machine_id).await?;
     let revision = on.revision;
-    let (poses, options) = read(&app, table, request).await?;
-    let limits = app.limits();
     let csv = kind == CSV;
-    let (setup, start_words_deg) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
-    let task = InverseTask::new(on, &setup, options.selection.unwrap_or_default(), start_words_deg);
+    let task_of = |options: &KinematicsOptions| -> Result<InverseTask, KinematicsFault> {
+        let (setup, start_words_deg) = options.to_setup(&on.machine).map_err(KinematicsFault::Values)?;
+        let selection = options.selection.unwrap_or_default();
+        Ok(InverseTask::new(Arc::clone(&on), &setup, selection, start_words_deg))
+    };
+    // Bad options are told after the body was read.
+    let may_wait = |options: &KinematicsOptions| csv && task_of(options).is_ok_and(|task| task.may_wait());
+    let (poses, options) = read(&app, table, request, may_wait).await?;
+    let limits = app.limits();
+    let task = task_of(&options)?;
     let trifling = task.is_trifling(poses.len());
     let is_path_table = csv && task.is_path();
     let working_bytes =
@@ -74,13 +82,12 @@ pub(super) async fn solve_inverse_kinematics(
     will_take(working_bytes);
     let most = app.settings.max_result_bytes;
     let print = move |threads: &dyn SideBySide, stop: &Stop<'_>, printed: &mut Printed<usize>| {
-        if is_path_table {
-            let poses = task.checked(poses, limits)?;
-            let options = task.path_options();
-            let mut decided = task.decide(&poses, &options, stop)?;
-            return path_rows(&task, &mut decided, most, threads, printed);
-        }
-        let InverseAnswer { solutions, warnings } = task.solve(poses, limits, stop)?;
+        let columns = match poses.in_memory() {
+            Ok(columns) if !is_path_table => columns,
+            Ok(columns) => return path_table(&task, columns.into(), limits, most, threads, stop, printed),
+            Err(in_file) => return path_table(&task, *in_file, limits, most, threads, stop, printed),
+        };
+        let InverseAnswer { solutions, warnings } = task.solve(columns, limits, stop)?;
         if csv {
             return rows(task.machine(), &solutions, warnings.len(), most, threads, printed);
         }
@@ -117,16 +124,34 @@ fn rows(
     Ok(solutions.write_rows(columns, threads, printed)?)
 }
 
-/// Prints the table of a path while its joints are made.
-fn path_rows(
+/// Decides a path and prints its table while its joints are made.
+fn path_table(
     task: &InverseTask,
-    decided: &mut DecidedPath<'_>,
-    limit: u64,
+    poses: ReceivedPoses,
+    limits: Limits,
+    most: u64,
     threads: &dyn SideBySide,
+    stop: &Stop<'_>,
     printed: &mut Printed<usize>,
 ) -> Result<(), Unprinted> {
-    begin(JointColumns::new(task.machine(), false), decided.len(), decided.warnings(), limit, printed)?;
-    write_path_rows(task.machine(), decided, threads, printed, |error| task.fault(error).into())
+    let mut poses = task.waiting::<Unprinted>(poses, limits)?;
+    let done = path_rows(task, &poses, most, threads, stop, printed);
+    // Poses that could not be read are the cause of whatever came of it.
+    poses.take_fault().map_or(done, |fault| Err(fault.into()))
+}
+
+fn path_rows(
+    task: &InverseTask,
+    poses: &WaitingPoses,
+    most: u64,
+    threads: &dyn SideBySide,
+    stop: &Stop<'_>,
+    printed: &mut Printed<usize>,
+) -> Result<(), Unprinted> {
+    let (options, stop) = (task.path_options(), poses.or_unread(stop));
+    let mut decided = task.decide(poses, &options, &stop)?;
+    begin(JointColumns::new(task.machine(), false), decided.len(), decided.warnings(), most, printed)?;
+    write_path_rows(task.machine(), &mut decided, threads, printed, |error| task.fault(error).into())
 }
 
 /// Prints the header row of a table. From then on the table may leave.
@@ -145,21 +170,26 @@ fn begin(
     Ok(printed.write_all(&header)?)
 }
 
+/// The poses and the options. `may_wait` says whether the poses of a table may wait in a file.
 async fn read(
     app: &AppState,
     table: bool,
     request: Request,
-) -> Result<(PoseColumns, KinematicsOptions), Problem> {
+    may_wait: impl FnOnce(&KinematicsOptions) -> bool,
+) -> Result<(ReceivedPoses, KinematicsOptions), Problem> {
     let query = request.uri().query().unwrap_or_default().to_owned();
     if !table {
         table::no_options(&query)?;
         let document = read_document(request, app, InverseRequest::read).await?;
         let options = document.options();
-        return Ok((document.poses, options));
+        return Ok((document.poses.into(), options));
     }
     let options = read_query(&query)?;
     let (parts, body) = request.into_parts();
-    let mut rows = PoseRows::new(app.settings.max_poses);
-    feed(app, &parts, body, PoseColumns::GROWING_BYTES, |chunk| rows.feed(chunk)).await?;
-    Ok((rows.finish()?, options))
+    let mut rows = PoseTable::in_memory(app.settings.max_poses);
+    if may_wait(&options) {
+        rows = rows.waiting_in(&app.spool, POSES_IN_MEMORY);
+    }
+    feed(app, &parts, body, &mut rows).await?;
+    Ok((rows.finish().await??, options))
 }

@@ -1,5 +1,7 @@
 //! The part that both directions share: a body of JSON or CSV in, rows out.
 
+use std::io;
+
 use axum::body::Body;
 use axum::response::{IntoResponse, Response};
 use http::header::{CONTENT_LENGTH, CONTENT_TYPE};
@@ -11,8 +13,10 @@ use crate::http::body::{Incoming, media_type};
 use crate::http::extract::is_json;
 use crate::http::printed::{Leaving, StillPrinting};
 use crate::http::problem::{Problem, ProblemType};
-use crate::jobs::memory;
-use crate::wire::{Fault, KinematicsOptions, LONGEST_NUMBER, NoParameters, RowFault, read_query};
+use crate::jobs::{PoseTable, memory};
+use crate::wire::{
+    Fault, JointRows, JointWords, KinematicsOptions, LONGEST_NUMBER, NoParameters, RowFault, read_query,
+};
 
 /// Media types of an answer.
 pub(super) const ANSWERS: &[&str] = &["application/json", CSV];
@@ -54,13 +58,50 @@ pub(super) fn no_options(query: &str) -> Result<(), Problem> {
     Err(Problem::invalid(ProblemType::InvalidRequest, vec![Fault::new(format!("/{name}"), detail)]))
 }
 
-/// Feeds a body to a reader of rows, chunk by chunk. `row_bytes` is the memory of a row while their list grows.
+/// Rows of a table that are being received.
+pub(super) trait Rows {
+    /// Memory of one more row while their list grows \[bytes\].
+    fn row_bytes(&self) -> usize;
+
+    /// Takes the next bytes.
+    fn take(&mut self, chunk: &[u8]) -> Result<(), RowFault>;
+
+    /// Moves rows to the disk, if there are more than should stay in memory.
+    fn settle(&mut self) -> impl Future<Output = io::Result<()>> + Send {
+        std::future::ready(Ok(()))
+    }
+}
+
+impl Rows for JointRows {
+    fn row_bytes(&self) -> usize {
+        2 * size_of::<JointWords>()
+    }
+
+    fn take(&mut self, chunk: &[u8]) -> Result<(), RowFault> {
+        self.feed(chunk)
+    }
+}
+
+impl Rows for PoseTable {
+    fn row_bytes(&self) -> usize {
+        Self::row_bytes(self)
+    }
+
+    fn take(&mut self, chunk: &[u8]) -> Result<(), RowFault> {
+        self.feed(chunk)
+    }
+
+    fn settle(&mut self) -> impl Future<Output = io::Result<()>> + Send {
+        Self::settle(self)
+    }
+}
+
+/// Feeds a body to a reader of rows, chunk by chunk.
 pub(super) async fn feed(
     app: &AppState,
     parts: &Parts,
     body: Body,
-    row_bytes: usize,
-    mut take: impl FnMut(&[u8]) -> Result<(), RowFault>,
+    rows: &mut (impl Rows + Send),
 ) -> Result<(), Problem> {
     let limit = app.settings.max_body_bytes;
     let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
@@ -74,17 +115,21 @@ pub(super) async fn feed(
             return Err(incoming.refuse_length(limit).await);
         }
         // Memory for rows is reserved as they arrive, for many rows at a time.
-        unpaid += memchr::memchr_iter(b'\n', &chunk).count() * row_bytes;
-        if unpaid > PAID_AT_ONCE {
-            if let Err(fault) = memory::keep(unpaid as u64) {
-                incoming.swallow().await;
-                return Err(fault.into());
-            }
-            unpaid = 0;
-        }
-        if let Err(fault) = take(&chunk) {
+        unpaid += memchr::memchr_iter(b'\n', &chunk).count() * rows.row_bytes();
+        let taken = if unpaid > PAID_AT_ONCE {
+            memory::keep(std::mem::take(&mut unpaid) as u64).map_err(Problem::from)
+        } else {
+            Ok(())
+        };
+        let taken = taken.and_then(|()| Ok(rows.take(&chunk)?));
+        drop(chunk);
+        let settled = match taken {
+            Ok(()) => rows.settle().await.map_err(Problem::from),
+            refused => refused,
+        };
+        if let Err(refusal) = settled {
             incoming.swallow().await;
-            return Err(fault.into());
+            return Err(refusal);
         }
     }
     Ok(())
