@@ -352,6 +352,29 @@ fn a_retraction_to_the_end_of_the_travel_ends_where_the_profile_says() {
     }
 }
 
+/// The hole of a cycle that the same block calls would begin at the end of the retraction.
+#[test]
+fn a_retraction_in_a_block_that_calls_a_cycle_is_not_lost() {
+    let coordinates = MachineCoordinates {
+        retract_z_mm: Some(-4.5),
+        ..machine(Some(false)).machine_coordinates().unwrap().clone()
+    };
+    let stated = bare().with_machine_coordinates(Some(coordinates));
+    let cycle =
+        "CYCL DEF 200 DRILLING Q200=+2 Q201=-20 Q206=+100 Q202=+20 Q210=+0 Q203=+0 Q204=+10 Q211=+0\n";
+    let is_left_alone = |block: &str| {
+        let text = format!(
+            "BEGIN PGM P MM\nTOOL CALL 1 Z S5000\nL X+1 Y+2 Z+50 A+0 C+0 R0 FMAX\n{cycle}{block}\nEND PGM P MM\n"
+        );
+        let found = told(&stated, Dialect::Heidenhain, &text);
+        found.iter().any(|told| matches!(told, Interpreted::LeftAlone { .. }))
+    };
+    assert!(!is_left_alone("L M99"), "the reference of the cases below");
+    for block in ["L M140 MB MAX M99", "L M140 MB 50 M99", "L X+10 M140 MB MAX M99"] {
+        assert!(is_left_alone(block), "{block}");
+    }
+}
+
 /// Behind an axis of the machine's own, other words than its own are not known either if words are the tip's or count
 /// in a turned frame.
 #[test]

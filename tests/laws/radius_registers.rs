@@ -129,7 +129,7 @@ proptest! {
 }
 
 /// Blocks of which controls make different motions, or none. Line 2 of the program is their first.
-const LEFT_ALONE: [&str; 19] = [
+const LEFT_ALONE: [&str; 25] = [
     // No radius is stated for the register, and none is named.
     "G1 G41 D5 X20 F100\nY20\nG40 X0\n",
     "G1 G41 X20 F100\nY20\nG40 X0\n",
@@ -157,7 +157,25 @@ const LEFT_ALONE: [&str; 19] = [
     // A cutter that is too large for an inner corner, and another radius on the way.
     "G1 G41 D4 X20 F100\nY20\nX19\nY0\nG40 X20\n",
     "G1 G41 D4 X20 F100\nY20\nG41 D6 X0\nG40 Y0\n",
+    // Another register without a code, and one without a radius.
+    "G1 G41 D4 X20 F100\nY20\nD6 X0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nD6\nX0\nG40 Y0\n",
+    "G1 G41 D6 X20 F100\nY20\nX0 D9\nG40 Y0\n",
+    // A stop, and a shift of all zeros, by nothing.
+    "G1 G41 D4 X20 F100\nY20\nM0\nX0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nM1\nX0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nG52 X0 Y0\nX0\nG40 Y0\n",
 ];
+
+#[test]
+fn a_radius_that_the_program_writes_is_not_that_of_the_request() {
+    let path = "G1 G41 D4 X20 F100\nY20\nX0\nG40 Y0\n";
+    for (block, is_followed) in [("", true), ("G10 L1 P4 Z80\n", true), ("G10 L1 P4 R3\n", false)] {
+        let found = understood(&[("D4", 2.0)], true, &format!("{START}{block}{path}"));
+        let all = found.iter().all(|told| matches!(told, Interpreted::Motion(_)));
+        assert_eq!(all, is_followed, "{block}{found:?}");
+    }
+}
 
 #[test]
 fn what_controls_run_differently_is_left_alone_and_so_is_the_place_after_it() {

@@ -229,6 +229,8 @@ fn what_controls_read_differently_in_g10_leaves_the_tip_unknown() {
     assert!(tip_after("G10 L2 P1 X5. Y6. Z7.\n"), "the reference of the cases below");
     for text in [
         "G91 G10 L2 P1 X5.\n",
+        "G10 G91 L2 P1 X5.\n",
+        "G10 L2 P1 X5. G91\n",
         "G10 L2 P0 X5.\n",
         "G10 L2 P7 X5.\n",
         "G10 L2 P1 X5. R30.\n",

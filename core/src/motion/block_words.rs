@@ -108,8 +108,12 @@ impl BlockWords {
 
     /// Whether the block has an M code of this meaning.
     pub(super) fn has_m(&self, rules: &MotionRules, wanted: MFunction) -> bool {
-        let codes = self.m_codes.get(..self.m_count).unwrap_or_default();
-        codes.iter().any(|&code| rules.m_function(code) == wanted)
+        self.m_codes().iter().any(|&code| rules.m_function(code) == wanted)
+    }
+
+    /// The M codes of the block.
+    pub(super) fn m_codes(&self) -> &[Code] {
+        self.m_codes.get(..self.m_count).unwrap_or_default()
     }
 
     /// Whether a word counts from the position before (G91) or from zero; `None` if the modal sense is not known.

@@ -12,6 +12,10 @@ const CLOCKWISE: Code = Code::G(20);
 /// G90.1 and G91.1.
 const ABSOLUTE_CENTRES: Code = Code::G(901);
 const INCREMENTAL_CENTRES: Code = Code::G(911);
+/// M0 and M1.
+const STOPS: [Code; 2] = [Code::M(0), Code::M(10)];
+/// G52.
+const LOCAL_ZERO: Code = Code::G(520);
 
 impl Interpreter {
     /// G40, G41, G42 and similar codes. Compensation that is on already cannot be switched on by another radius.
@@ -35,8 +39,38 @@ impl Interpreter {
     /// register, or if nobody states its radius.
     pub(super) fn register_beside_mm(&self, left: bool) -> Option<f64> {
         let offsets = &self.options.radius_offsets.by_register_mm;
-        let radius_mm = offsets.get(&self.radius_register()?).copied()?;
+        let radius_mm =
+            offsets.get(&self.radius_register()?).copied().filter(|_| !self.modal.writes_radii)?;
         Some(if left { radius_mm } else { -radius_mm })
+    }
+
+    /// A block after which the path by a radius is not certain any more: it names another register, and controls differ in
+    /// the corner from which its radius counts. Or it stops, or shifts all zeros, and controls differ in whether they look
+    /// at the motion behind it.
+    pub(super) fn note_radius_change(&mut self) {
+        if self.modal.compensation != Some(true) || self.modal.radius.beside_mm.is_none() {
+            return;
+        }
+        let switches_on = |index| {
+            matches!(
+                self.meaning(index),
+                Meaning::CompensationByRegister { .. } | Meaning::CompensationByDiameter { .. }
+            )
+        };
+        if (0..self.block.g_count).any(switches_on) {
+            return;
+        }
+        let takes_h = || {
+            let mut registers = self.options.radius_offsets.by_register_mm.keys();
+            registers.any(|register| matches!(register, RadiusRegister::H(_)))
+        };
+        let names_register = self.block.has(Address::D) || (self.block.has(Address::H) && takes_h());
+        let interrupts = self.modal.radius.rule == RadiusRule::Common
+            && (self.block.m_codes().iter().any(|code| STOPS.contains(code))
+                || self.block.g_codes().contains(&LOCAL_ZERO));
+        if names_register || interrupts {
+            self.modal.radius.beside_mm = None;
+        }
     }
 
     /// As this control runs a path by a register.

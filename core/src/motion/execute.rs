@@ -66,7 +66,11 @@ impl Interpreter {
         if self.this_block.machine_coordinates {
             one_shot = Some(Unfollowable::MachineCoordinates);
         }
-        if self.this_block.runs_cycle {
+        if self.this_block.runs_cycle && self.this_block.moves_elsewhere {
+            // The cycle would begin where the other motion ends.
+            reason = reason.or(Some(Unfollowable::CannedCycle));
+            action = action.or(Some(Action::Elsewhere));
+        } else if self.this_block.runs_cycle {
             action = self.action_at_call(action);
         } else if self.this_block.moves_elsewhere {
             action = action.or(Some(Action::Elsewhere));
@@ -79,6 +83,7 @@ impl Interpreter {
         } else if called {
             action = Some(Action::Call);
         }
+        self.note_radius_change();
         self.find_obstacle();
         if self.this_block.flow
             || (self.block.has_m(self.rules, MFunction::Return) && self.block.has(Address::P))

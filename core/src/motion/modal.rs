@@ -127,6 +127,8 @@ pub(super) struct Modal {
     pub(super) has_no_length: bool,
     /// The program changes lengths of tools: DL, G10.
     pub(super) writes_lengths: bool,
+    /// The program changes radii of tools: G10 with R.
+    pub(super) writes_radii: bool,
     /// RNDM: the control rounds every corner.
     pub(super) rounds_corners: bool,
     /// ORIMKS: tool vectors are in machine coordinates.
@@ -192,6 +194,7 @@ impl Modal {
         length_on: false,
         has_no_length: false,
         writes_lengths: false,
+        writes_radii: false,
         rounds_corners: false,
         vectors_in_machine: false,
         relative_extruder: false,
@@ -335,6 +338,7 @@ impl Modal {
             length_on,
             has_no_length,
             writes_lengths,
+            writes_radii,
             rounds_corners,
             vectors_in_machine,
             exact_stop,
@@ -377,6 +381,7 @@ impl Modal {
             length_on: self.length_on && skipped.length_on,
             has_no_length: self.has_no_length && skipped.has_no_length,
             writes_lengths: self.writes_lengths || skipped.writes_lengths,
+            writes_radii: self.writes_radii || skipped.writes_radii,
             rotary_feed_in_mm: self.rotary_feed_in_mm || skipped.rotary_feed_in_mm,
             rounds_corners: self.rounds_corners || skipped.rounds_corners,
             vectors_in_machine: self.vectors_in_machine || skipped.vectors_in_machine,

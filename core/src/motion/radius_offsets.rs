@@ -16,7 +16,7 @@ impl RadiusRegister {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         let (letter, digits) = name.split_at_checked(1)?;
-        let is_number = digits.bytes().all(|byte| byte.is_ascii_digit());
+        let is_number = digits.len() <= 5 && digits.bytes().all(|byte| byte.is_ascii_digit());
         let number: u16 = digits.parse().ok().filter(|number| is_number && *number > 0)?;
         match letter {
             "D" | "d" => Some(Self::D(number)),
@@ -51,7 +51,7 @@ mod tests {
         assert_eq!(RadiusRegister::from_name("D4"), Some(RadiusRegister::D(4)));
         assert_eq!(RadiusRegister::from_name("d04"), Some(RadiusRegister::D(4)));
         assert_eq!(RadiusRegister::from_name("H19"), Some(RadiusRegister::H(19)));
-        for name in ["", "D", "D0", "D-1", "D+1", "D1.5", "4", "T4", "D70000", "Ä4", "D 4"] {
+        for name in ["", "D", "D0", "D-1", "D+1", "D1.5", "D000004", "4", "T4", "D70000", "Ä4", "D 4"] {
             assert_eq!(RadiusRegister::from_name(name), None, "{name}");
         }
     }

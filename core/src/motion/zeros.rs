@@ -6,13 +6,13 @@
 //! All of them are in the text, so the words after them keep their places. With the rotary axes at zero, the words `w`
 //! are the place `origin + Rz(turn) · (shift + w)` in M. The source is `LinuxCNC`, `interp_convert.cc`.
 
-use super::WorkOffset;
 use super::block_words::AXES;
 use super::interpreter::Interpreter;
 use super::meaning::Meaning;
-use super::modal::Transformation;
+use super::modal::{ToolLength, Transformation};
 use super::work_offset::OffsetCode;
 use super::written_zeros::Zero;
+use super::{Interpolation, WorkOffset};
 use crate::program::{Address, Code};
 
 /// The work offsets by their P numbers, from 1 on.
@@ -157,15 +157,21 @@ impl Interpreter {
             // It takes effect with the next G43.
             Some(table) if TOOLS.contains(&table) => {
                 self.modal.writes_lengths = true;
+                self.modal.writes_radii |= self.block.has(Address::R);
                 true
             }
             _ => false,
         }
     }
 
-    /// G10 L2 P1 to P6 in G90: origins of G54 to G59 on every control. In G91 some add the values.
+    /// G10 L2 P1 to P6 in G90: origins of G54 to G59 on every control. In G91 some add the values. Under tool-centre-point
+    /// control some turn the origin with the table.
     fn writes_origin_as_others(&self) -> bool {
+        let is_incremental = |index| self.meaning(index) == Meaning::Incremental(true);
         self.modal.incremental == Some(false)
+            && !(0..self.block.g_count).any(is_incremental)
+            && self.modal.tool_length == Some(ToolLength::Plain)
+            && self.options.interpolation != Some(Interpolation::Tcp)
             && !self.block.has(Address::R)
             && self.number_of(Address::P).is_some_and(|number| (1..=6).contains(&number))
     }
