@@ -17,6 +17,26 @@ use utoipa::openapi::{ContentBuilder, ObjectBuilder, Ref, RefOr, Response};
 #[cfg(test)]
 use super::problem::{PROBLEM_JSON, ProblemType};
 
+/// Refusals that every operation has, whatever it does.
+#[cfg(test)]
+pub(super) const OF_EVERY_OPERATION: [ProblemType; 9] = [
+    ProblemType::UrlTooLong,
+    ProblemType::TooManyRequests,
+    ProblemType::Quota,
+    ProblemType::HeaderTooLarge,
+    ProblemType::Internal,
+    ProblemType::StoredFileDamaged,
+    ProblemType::StorageUnavailable,
+    ProblemType::TimedOut,
+    ProblemType::MemoryBudget,
+];
+
+/// Responses of an operation with refusals of its own.
+#[cfg(test)]
+pub(super) fn responses_of_operation(own: &[ProblemType]) -> BTreeMap<String, RefOr<Response>> {
+    responses(&[own, &OF_EVERY_OPERATION].concat())
+}
+
 /// Responses by status; several kinds with one status share a response that names them all.
 #[cfg(test)]
 pub(super) fn responses(kinds: &[ProblemType]) -> BTreeMap<String, RefOr<Response>> {
@@ -59,18 +79,7 @@ macro_rules! refusals {
                 utoipa::openapi::RefOr<utoipa::openapi::response::Response>,
             > {
                 use $crate::http::problem::ProblemType;
-                $crate::http::refusals::responses(&[
-                    $(ProblemType::$kind,)+
-                    ProblemType::UrlTooLong,
-                    ProblemType::TooManyRequests,
-                    ProblemType::Quota,
-                    ProblemType::HeaderTooLarge,
-                    ProblemType::Internal,
-                    ProblemType::StoredFileDamaged,
-                    ProblemType::StorageUnavailable,
-                    ProblemType::TimedOut,
-                    ProblemType::MemoryBudget,
-                ])
+                $crate::http::refusals::responses_of_operation(&[$(ProblemType::$kind),+])
             }
         }
     };

@@ -1,37 +1,21 @@
 //! Canned cycles are the motions that they make: those of the same holes written out.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test stops at the first surprise, helpers included"
-)]
-
-use std::ops::ControlFlow;
+#![expect(clippy::panic, reason = "a test stops at the first surprise, helpers included")]
 
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, Preset};
 use trunnion::motion::Unfollowable;
-use trunnion::process::{Interpreted, InterpretedKind, ProgramSetup, StartPosition, interpret_program};
+use trunnion::process::{Interpreted, InterpretedKind, ProgramSetup, StartPosition};
 use trunnion::program::Dialect;
 
+use crate::models::told::{ac_table, all_told, nominal};
+
 fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
-    understood_on(&Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap(), dialect, text)
+    understood_on(&ac_table(), dialect, text)
 }
 
 fn understood_on(machine: &Machine, dialect: Dialect, text: &str) -> Vec<Interpreted> {
-    let program = ProgramSetup {
-        dialect: Some(dialect),
-        apply_errors: false,
-        ..ProgramSetup::in_mm(&Setup::default())
-    };
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let source = text.as_bytes().to_vec();
-    interpret_program(machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
-    all
+    all_told(machine, &nominal(dialect), text)
 }
 
 /// Kind, X Y Z and feed of every motion.
@@ -313,19 +297,13 @@ fn a_few_bytes_do_not_ask_for_motions_without_end() {
 
 #[test]
 fn points_of_cutter_location_data_are_followed_from_a_stated_start() {
-    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
     let start = StartPosition { linear_mm: [Some(1.0); 3], rotary_deg: [Some(0.0); 2] };
     let program = ProgramSetup { start, ..ProgramSetup::in_mm(&Setup::default()) };
-    let mut ends = Vec::new();
-    let mut take = |told: &Interpreted| {
-        match told {
-            Interpreted::Motion(motion) => ends.push(motion.joints),
-            Interpreted::LeftAlone { line, reason, .. } => panic!("line {line}: {reason}"),
-        }
-        Ok(())
-    };
-    let source = b"FEDRAT/100,MMPM\nGOTO/2,0,0\nGOTO/3,0,0\nGOTO/3,0,5,0,0,1\n".to_vec();
-    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
+    let text = "FEDRAT/100,MMPM\nGOTO/2,0,0\nGOTO/3,0,0\nGOTO/3,0,5,0,0,1\n";
+    let ends = all_told(&ac_table(), &program, text).into_iter().map(|told| match told {
+        Interpreted::Motion(motion) => motion.joints,
+        Interpreted::LeftAlone { line, reason, .. } => panic!("line {line}: {reason}"),
+    });
     let at = |x: f64, z: f64| [x, 0.0, z, 0.0, 0.0].map(Some);
-    assert_eq!(ends, [at(2.0, 0.0), at(3.0, 0.0), at(3.0, 5.0)]);
+    assert_eq!(ends.collect::<Vec<_>>(), [at(2.0, 0.0), at(3.0, 0.0), at(3.0, 5.0)]);
 }

@@ -8,7 +8,6 @@
 )]
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use proptest::prelude::*;
@@ -17,10 +16,12 @@ use trunnion::machine::{Machine, MachineCoordinates, PlaneRule, PlaneSolution, P
 use trunnion::motion::{ModalGroup, Unfollowable, WorkOffset, WorkOffsets};
 use trunnion::process::{
     Interpreted, InterpretedKind, InterpretedMotion, ListedTool, ProgramSetup, StartPosition, ToolTable,
-    Tools, interpret_program,
+    Tools,
 };
 use trunnion::program::Dialect;
 use trunnion::units::{Length, LengthUnit};
+
+use crate::models::told::all_told;
 
 /// Rounding of double precision at a few hundred millimetres [mm].
 const ROUNDING_MM: f64 = 1e-9;
@@ -71,14 +72,7 @@ fn set_up(dialect: Dialect) -> ProgramSetup {
 }
 
 fn told(machine: &Machine, dialect: Dialect, text: &str) -> Vec<Interpreted> {
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let stop = || ControlFlow::Continue(());
-    interpret_program(machine, &set_up(dialect), &text.as_bytes().to_vec(), &mut take, &stop).unwrap();
-    all
+    all_told(machine, &set_up(dialect), text)
 }
 
 /// The motions of a text that is followed whole.

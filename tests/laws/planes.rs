@@ -14,13 +14,15 @@ use trunnion::machine::{Machine, PRESETS, PlaneRule, PlaneSolution, Preset, Rota
 use trunnion::motion::{Interpolation, Unfollowable};
 use trunnion::process::{
     Interpreted, InterpretedKind, InterpretedMotion, ProgramSetup, SimulationParameters,
-    VerificationParameters, interpret_program, simulate, verify_part,
+    VerificationParameters, simulate, verify_part,
 };
 use trunnion::program::Dialect;
 use trunnion::servo::{AxisLetter, DrivePreset, DriveSet};
 use trunnion::side_by_side::OneAfterAnother;
 use trunnion::surface::SurfacePoint;
 use trunnion::units::Length;
+
+use crate::models::told::all_told;
 
 /// Rounding of double precision at a few hundred millimetres [mm].
 const ROUNDING_MM: f64 = 1e-9;
@@ -39,14 +41,7 @@ fn understood_on(machine: &Machine, dialect: Dialect, text: &str) -> Vec<Interpr
     let setup =
         Setup { work_offset_mm: Vec3::new(70.0, -40.0, 95.0), tool_length_mm: 80.0, apply_errors: false };
     let program = ProgramSetup { dialect: Some(dialect), apply_errors: false, ..ProgramSetup::in_mm(&setup) };
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let source = text.as_bytes().to_vec();
-    interpret_program(machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
-    all
+    all_told(machine, &program, text)
 }
 
 fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {

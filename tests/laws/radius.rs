@@ -8,31 +8,17 @@
 )]
 
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 
 use proptest::prelude::*;
 
-use trunnion::kinematics::Setup;
-use trunnion::machine::{Machine, Preset};
 use trunnion::motion::Unfollowable;
-use trunnion::process::{Interpreted, InterpretedKind, InterpretedMotion, ProgramSetup, interpret_program};
+use trunnion::process::{Interpreted, InterpretedKind, InterpretedMotion};
 use trunnion::program::Dialect;
 
+use crate::models::told::{ac_table, all_told, nominal};
+
 fn understood(dialect: Dialect, text: &str) -> Vec<Interpreted> {
-    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
-    let program = ProgramSetup {
-        dialect: Some(dialect),
-        apply_errors: false,
-        ..ProgramSetup::in_mm(&Setup::default())
-    };
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let source = text.as_bytes().to_vec();
-    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
-    all
+    all_told(&ac_table(), &nominal(dialect), text)
 }
 
 fn motions(text: &str) -> Vec<InterpretedMotion> {

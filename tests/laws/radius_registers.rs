@@ -9,39 +9,28 @@
 )]
 
 use std::fmt::Write as _;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use proptest::prelude::*;
 
-use trunnion::kinematics::Setup;
-use trunnion::machine::{Machine, Preset};
 use trunnion::motion::{RadiusOffsets, RadiusRegister, Unfollowable};
-use trunnion::process::{Interpreted, ProgramSetup, interpret_program};
+use trunnion::process::{Interpreted, ProgramSetup};
 use trunnion::program::Dialect;
+
+use crate::models::told::{ac_table, all_told, nominal};
 
 /// Rounding of words with seven decimals [mm].
 const ROUNDING_MM: f64 = 2e-6;
 const START: &str = "G17 G90 G94 G0 X0 Y0 Z5 A0 C0\n";
 
 fn understood(radii: &[(&str, f64)], is_rs274: bool, text: &str) -> Vec<Interpreted> {
-    let machine =
-        Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap().with_rs274_control(is_rs274);
+    let machine = ac_table().with_rs274_control(is_rs274);
     let named = radii.iter().map(|(name, radius_mm)| (RadiusRegister::from_name(name).unwrap(), *radius_mm));
     let program = ProgramSetup {
-        dialect: Some(Dialect::Iso),
         radius_offsets: Arc::new(RadiusOffsets { by_register_mm: named.collect() }),
-        apply_errors: false,
-        ..ProgramSetup::in_mm(&Setup::default())
+        ..nominal(Dialect::Iso)
     };
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let source = text.as_bytes().to_vec();
-    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
-    all
+    all_told(&machine, &program, text)
 }
 
 /// Line and X Y Z after every motion.

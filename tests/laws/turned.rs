@@ -1,34 +1,15 @@
 //! Turned programmable frames: their motions are those of the same places in the work offset.
 
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "a test stops at the first surprise, helpers included"
-)]
+#![expect(clippy::panic, reason = "a test stops at the first surprise, helpers included")]
 
-use std::ops::ControlFlow;
-
-use trunnion::kinematics::Setup;
-use trunnion::machine::{Machine, Preset};
 use trunnion::motion::Unfollowable;
-use trunnion::process::{Interpreted, ProgramSetup, interpret_program};
+use trunnion::process::Interpreted;
 use trunnion::program::Dialect;
 
+use crate::models::told::{ac_table, all_told, nominal};
+
 fn understood(text: &str) -> Vec<Interpreted> {
-    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
-    let program = ProgramSetup {
-        dialect: Some(Dialect::Siemens),
-        apply_errors: false,
-        ..ProgramSetup::in_mm(&Setup::default())
-    };
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let source = text.as_bytes().to_vec();
-    interpret_program(&machine, &program, &source, &mut take, &|| ControlFlow::Continue(())).unwrap();
-    all
+    all_told(&ac_table(), &nominal(Dialect::Siemens), text)
 }
 
 /// The tips of all motions whose tip is known.

@@ -7,7 +7,6 @@
 )]
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use proptest::prelude::*;
@@ -15,8 +14,10 @@ use proptest::prelude::*;
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, MachineCoordinates, Preset};
 use trunnion::motion::{WorkOffset, WorkOffsets};
-use trunnion::process::{Interpreted, InterpretedMotion, ProgramSetup, StartPosition, interpret_program};
+use trunnion::process::{Interpreted, InterpretedMotion, ProgramSetup, StartPosition};
 use trunnion::program::Dialect;
+
+use crate::models::told::all_told;
 
 /// Rounding of double precision at a few hundred millimetres [mm].
 const ROUNDING_MM: f64 = 1e-9;
@@ -50,14 +51,7 @@ fn told_with(tool_length_mm: f64, machine: &Machine, text: &str) -> Vec<Interpre
         start: StartPosition { linear_mm: [Some(0.0); 3], rotary_deg: [Some(0.0); 2] },
         ..ProgramSetup::in_mm(&Setup { tool_length_mm, ..Setup::default() })
     };
-    let mut all = Vec::new();
-    let mut take = |told: &Interpreted| {
-        all.push(*told);
-        Ok(())
-    };
-    let stop = || ControlFlow::Continue(());
-    interpret_program(machine, &program, &text.as_bytes().to_vec(), &mut take, &stop).unwrap();
-    all
+    all_told(machine, &program, text)
 }
 
 fn followed(text: &str) -> Vec<InterpretedMotion> {

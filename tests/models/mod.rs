@@ -10,4 +10,5 @@ pub mod pole_passes;
 pub mod set_ups;
 pub mod surface_passes;
 pub mod tessellation;
+pub mod told;
 pub mod witness;

@@ -5,10 +5,10 @@ use serde_json::{Map, Value, json};
 
 use super::{each_operation, is_refusal};
 use crate::http::problem::ProblemType;
-use crate::http::refusals::responses;
+use crate::http::refusals::{OF_EVERY_OPERATION, responses_of_operation};
 
-/// Refusals that come from the form of the request, from the caller or from the state of the service.
-const GENERAL: &[ProblemType] = &[
+/// Refusals that come from the form of the request or from the caller. Most operations have them.
+const OF_REQUESTS: [ProblemType; 10] = [
     ProblemType::MalformedRequest,
     ProblemType::UnreadableJson,
     ProblemType::Unauthenticated,
@@ -17,22 +17,17 @@ const GENERAL: &[ProblemType] = &[
     ProblemType::NotAcceptable,
     ProblemType::RequestTimeout,
     ProblemType::BodyTooLarge,
-    ProblemType::UrlTooLong,
     ProblemType::UnsupportedMediaType,
     ProblemType::InvalidRequest,
-    ProblemType::TooManyRequests,
-    ProblemType::Quota,
-    ProblemType::HeaderTooLarge,
-    ProblemType::Internal,
-    ProblemType::StoredFileDamaged,
-    ProblemType::StorageUnavailable,
-    ProblemType::TimedOut,
-    ProblemType::MemoryBudget,
 ];
+
+fn general() -> impl Iterator<Item = ProblemType> {
+    OF_REQUESTS.into_iter().chain(OF_EVERY_OPERATION)
+}
 
 /// Puts one response `default` in the place of the general refusals.
 pub(super) fn gather(document: &mut Value) {
-    let listed: Vec<(String, Value)> = responses(GENERAL)
+    let listed: Vec<(String, Value)> = responses_of_operation(&OF_REQUESTS)
         .into_iter()
         .map(|(status, response)| (status, serde_json::to_value(response).unwrap_or_default()))
         .collect();
@@ -76,7 +71,7 @@ fn take_general(responses: &mut Map<String, Value>) {
 }
 
 fn is_general(title: &str) -> bool {
-    GENERAL.iter().any(|kind| title.ends_with(&format!("(`{}`)", kind.code())))
+    general().any(|kind| title.ends_with(&format!("(`{}`)", kind.code())))
 }
 
 fn described(response: &Value) -> &str {
@@ -89,8 +84,8 @@ mod tests {
 
     #[test]
     fn general_refusals_are_one_default_response() {
-        let own = [ProblemType::StorageUnavailable, ProblemType::QueueFull, ProblemType::JobNotFound];
-        let all = responses(&[GENERAL, &own].concat());
+        let own = [ProblemType::QueueFull, ProblemType::JobNotFound];
+        let all = responses_of_operation(&[&OF_REQUESTS[..], &own].concat());
         let mut listed = serde_json::to_value(all).unwrap();
         listed["200"] = json!({ "description": "The job" });
         let mut document = json!({ "paths": {"/a": {"get": { "operationId": "a", "responses": listed }}} });
@@ -98,17 +93,17 @@ mod tests {
         let responses = document["paths"]["/a"]["get"]["responses"].as_object().unwrap();
         assert_eq!(responses.keys().collect::<Vec<_>>(), ["200", "404", "503", "default"]);
         assert_eq!(described(&responses["503"]), "The queue is full (`queue-full`)");
-        let general = described(&responses["default"]);
-        for kind in GENERAL {
-            assert!(general.contains(&format!("(`{}`)", kind.code())), "{general}");
+        let said = described(&responses["default"]);
+        for kind in general() {
+            assert!(said.contains(&format!("(`{}`)", kind.code())), "{said}");
         }
-        assert!(general.contains("; 429 ") && !general.contains("queue-full"), "{general}");
+        assert!(said.contains("; 429 ") && !said.contains("queue-full"), "{said}");
         assert!(responses["default"]["headers"]["Retry-After"].is_object());
     }
 
     #[test]
     fn an_operation_names_one_refusal_of_a_request() {
-        let mut listed = serde_json::to_value(responses(GENERAL)).unwrap();
+        let mut listed = serde_json::to_value(responses_of_operation(&OF_REQUESTS)).unwrap();
         let responses = listed.as_object_mut().unwrap();
         take_general(responses);
         assert_eq!(responses.keys().collect::<Vec<_>>(), ["400"]);

@@ -43,6 +43,16 @@ pub(super) struct RadiusPath {
     done: Vec<Placed>,
 }
 
+/// A corner of the programmed path.
+struct Turn<'a> {
+    last: PlanePiece,
+    /// The place from which the tool goes through the last piece \[mm\].
+    last_from_mm: [f64; 2],
+    next: PlanePiece,
+    /// The motion of the next piece.
+    motion: &'a Motion,
+}
+
 /// Most motions that are held back.
 const MAX_HELD: usize = 256;
 /// A piece that is cut off beyond its beginning by no more than this is not \[mm\].
@@ -226,11 +236,12 @@ impl RadiusPath {
                 (self.standing == Standing::AsProgrammed && names(batch, motion, &ON)).then_some(())?;
                 self.enter(&way, &piece)?
             }
-            (Some((last, last_from_mm)), RadiusRule::Rs274) => {
-                self.turn(&way, &last, last_from_mm, &piece, motion)?
-            }
-            (Some((last, last_from_mm)), RadiusRule::Common) => {
-                self.turn_alike(&way, &last, last_from_mm, &piece, motion)?
+            (Some((last, last_from_mm)), rule) => {
+                let turn = Turn { last, last_from_mm, next: piece, motion };
+                match rule {
+                    RadiusRule::Rs274 => self.take(&way, &turn)?,
+                    RadiusRule::Common => self.take_alike(&way, &turn)?,
+                }
             }
         };
         self.held.push(*placed);
@@ -255,31 +266,25 @@ impl RadiusPath {
 
     /// The corner between the last piece and the next one: the motions held back end there. Gives the place where the
     /// tool begins the next piece \[mm\].
-    fn turn(
-        &mut self,
-        way: &UnderWay,
-        last: &PlanePiece,
-        last_from_mm: [f64; 2],
-        next: &PlanePiece,
-        motion: &Motion,
-    ) -> Option<[f64; 2]> {
+    fn take(&mut self, way: &UnderWay, turn: &Turn) -> Option<[f64; 2]> {
+        let Turn { last, last_from_mm, next, motion } = turn;
         let last_end_mm = last.beside(way.beside_mm)?.end_mm;
         match last.corner(next, way.beside_mm) {
             Corner::OutOfReach => None,
             Corner::Meet(at_mm) => {
-                self.let_go(way, last, last_from_mm, at_mm, true)?;
+                self.let_go(way, last, *last_from_mm, at_mm, true)?;
                 Some(at_mm)
             }
             Corner::Smooth => {
-                self.let_go(way, last, last_from_mm, last_end_mm, false)?;
+                self.let_go(way, last, *last_from_mm, last_end_mm, false)?;
                 Some(last_end_mm)
             }
             Corner::Around => {
                 let next_start_mm = next.beside(way.beside_mm)?.start_mm;
                 // The control allows no arc before such a corner to grow.
-                self.let_go(way, last, last_from_mm, last_end_mm, true)?;
+                self.let_go(way, last, *last_from_mm, last_end_mm, true)?;
                 let start = motion.start?;
-                let mut around = *motion;
+                let mut around = **motion;
                 // A rapid goes around a corner in a straight line.
                 if motion.kind != MotionKind::Rapid {
                     around.kind = MotionKind::Arc;
@@ -296,14 +301,8 @@ impl RadiusPath {
 
     /// A corner that all controls run alike: an inner one, where the paths beside meet, or nearly none. The way in ends
     /// beside the beginning of the next piece.
-    fn turn_alike(
-        &mut self,
-        way: &UnderWay,
-        last: &PlanePiece,
-        last_from_mm: [f64; 2],
-        next: &PlanePiece,
-        motion: &Motion,
-    ) -> Option<[f64; 2]> {
+    fn take_alike(&mut self, way: &UnderWay, turn: &Turn) -> Option<[f64; 2]> {
+        let Turn { last, last_from_mm, next, motion } = turn;
         way.goes_on_to(motion).then_some(())?;
         let is_straight_on = way.turns_inwards(last, next)?;
         let at_mm = if way.enters {
@@ -313,7 +312,7 @@ impl RadiusPath {
         } else {
             last.meeting_mm(next, way.beside_mm)?
         };
-        self.let_go(way, last, last_from_mm, at_mm, !is_straight_on)?;
+        self.let_go(way, last, *last_from_mm, at_mm, !is_straight_on)?;
         Some(at_mm)
     }
 
