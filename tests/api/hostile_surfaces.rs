@@ -77,9 +77,9 @@ async fn twenty_thousand_copies_of_a_facet_cost_what_they_are_allowed() {
     let mut packed = GzEncoder::new(Vec::new(), Compression::best());
     packed.write_all(&surface).unwrap();
     assert!(packed.finish().unwrap().len() < 8000, "a small request in the wire");
-    // A tenth of the default.
+    // A thirtieth of the default.
     let real = Arc::new(CutterContactCompensator::default());
-    let app = spawn_real_with(|settings| settings.max_cost_s = 12.0, real).await;
+    let app = spawn_real_with(|settings| settings.max_cost_s = 4.0, real).await;
     for (operation, parameters) in operations() {
         let response = post(&app, operation, &parameters, &program(300), &surface).await;
         let status = response.status();

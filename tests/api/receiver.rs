@@ -124,6 +124,10 @@ impl Receiver {
 }
 
 /// One connection with one request.
+/// How a client of TLS begins.
+const TLS_HANDSHAKE: [u8; 2] = [22, 3];
+
+/// Takes one request in plain text; a client of TLS is told that it is wrong here.
 async fn serve(mut stream: impl AsyncRead + AsyncWrite + Unpin, next: impl Fn(Received) -> Reply) {
     let mut text = Vec::new();
     let end = loop {
@@ -131,6 +135,10 @@ async fn serve(mut stream: impl AsyncRead + AsyncWrite + Unpin, next: impl Fn(Re
             break end;
         }
         if stream.read_buf(&mut text).await.unwrap_or(0) == 0 {
+            return;
+        }
+        if text.starts_with(&TLS_HANDSHAKE) {
+            let _broken = speak(&mut stream, Reply::Status(400, "")).await;
             return;
         }
     };

@@ -300,8 +300,13 @@ proptest! {
 
 }
 
+/// Cases of the most laborious law. `TRUNNION_THOROUGH_TESTS=1` looks at more.
+fn laborious() -> u32 {
+    if std::env::var_os("TRUNNION_THOROUGH_TESTS").is_some() { 200 } else { 60 }
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: laborious(), ..ProptestConfig::default() })]
 
     #[test]
     fn no_position_enters_lower_than_what_is_found_and_one_enters_there(

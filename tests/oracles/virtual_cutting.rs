@@ -373,7 +373,10 @@ fn turning_axes_cut_as_a_dense_series_of_poses_does() {
     let offset = [3.0, -2.0, 25.0];
     // one block that turns both axes by a lot while it moves, over a dome-like patch
     let ends = [[-6.0, -1.0, 2.0, 4.0, -8.0], [6.0, 2.5, 1.0, 16.0, 21.0]];
+    // `TRUNNION_THOROUGH_TESTS=1` looks at all of the patch.
+    let each = if std::env::var_os("TRUNNION_THOROUGH_TESTS").is_some() { 1 } else { 3 };
     let samples: Vec<_> = (0..400)
+        .step_by(each)
         .map(|k| {
             let (x, y) = (f64::from(k % 20) * 0.7 - 6.5, f64::from(k / 20) * 0.5 - 5.0);
             let normal = Vec3::new(0.06 * x, 0.04 * y, 1.0).normalize();
@@ -413,7 +416,7 @@ fn turning_axes_cut_as_a_dense_series_of_poses_does() {
                 }
             }
         }
-        assert!(both > 100, "{both}");
+        assert!(both > samples.len() / 4, "{both}");
         assert!(worst < RESOLVED_MM, "{corner}: {worst}");
         assert!(verification.convergence.max_change.mm() < RESOLVED_MM, "{:?}", verification.convergence);
     }

@@ -8,7 +8,7 @@ use crate::recorder::Op;
 use crate::run::{Point, Run, alone, run};
 
 /// Points where nothing else is asked for.
-const POINTS: usize = 500;
+const POINTS: usize = 250;
 /// Most points of one run: more runs see more than more points of one.
 const POINTS_OF_A_RUN: usize = 2000;
 /// Findings that are told.

@@ -14,7 +14,7 @@ use crate::verify::examined;
 use crate::world::folder;
 
 /// Bits that flip of files, and of the database.
-const FLIPS: usize = 60;
+const FLIPS: usize = 30;
 
 /// The tree with one bit of a file other than it was.
 fn flipped(tree: &Tree, path: &str, chance: &mut Chance) -> Tree {
