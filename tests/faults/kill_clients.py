@@ -337,8 +337,10 @@ def upload_for_ever(_ledger, stop, _chance):
         try:
             with socket.create_connection(("127.0.0.1", PORT), timeout=5) as client:
                 client.sendall(f"{head}Content-Length: {NEVER_WHOLE}\r\n\r\n".encode())
-                while not stop.is_set():
+                sent = 0
+                while not stop.is_set() and sent + len(part) < NEVER_WHOLE:
                     client.sendall(part)
+                    sent += len(part)
                     stop.wait(0.02)
         except OSError:
             pass
