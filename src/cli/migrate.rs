@@ -63,7 +63,7 @@ pub(super) fn to_server(settings: &Settings, address: &DatabaseAddress) -> Resul
         say(&format!("an earlier run had moved everything to {address}; every row and file was compared"))?;
     } else {
         say(&format!(
-            "{rows} rows and {files} files ({file_bytes} bytes) are compared and are now those of {address}"
+            "{rows} rows and {files} files ({file_bytes} bytes) were compared and now belong to {address}"
         ))?;
     }
     say(&format!("the database file is kept as {}", left.display()))?;

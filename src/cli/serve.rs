@@ -68,9 +68,9 @@ pub enum StartFault {
     Open(#[from] OpenFault),
     /// Another service has taken over the database.
     #[error(
-        "this service has stopped, because it may use the database no more: while it had no connection, another service has \
-         taken it over, or a newer version has changed it. Nothing that it acknowledged is lost. Start only one, or set \
-         files = postgres in all of them; after an update start the newer version"
+        "this service has stopped, because it may not use the database any more: while it had no connection, another \
+         service took the database over, or a newer version changed it. Nothing that this service acknowledged is lost. \
+         Start only one service, or set files = postgres in all of them; after an update start the newer version"
     )]
     TakenOver,
     /// The clock of the computer is at a time before 1970.

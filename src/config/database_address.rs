@@ -40,12 +40,12 @@ impl DatabaseAddress {
             return Some("it does not begin with postgres://");
         };
         if rest.contains('#') {
-            return Some("it contains a #, which a password has to contain as %23");
+            return Some("it contains a #; in a password write it as %23");
         }
         let (place, query) = rest.split_once('?').unwrap_or((rest, ""));
         let authority = place.split('/').next().unwrap_or("");
         if authority.matches('@').count() > 1 {
-            return Some("it contains more than one @, which a password has to contain as %40");
+            return Some("it contains more than one @; in a password write it as %40");
         }
         let is_known = |pair: &str| {
             let name = pair.split('=').next().unwrap_or("").to_owned();

@@ -96,8 +96,8 @@ impl Shared {
 }
 
 impl Flow {
-    /// The body of an answer whose queue holds `queue_bytes`. What does not fit goes into a file in `spool`. Without a
-    /// queue the printer waits for nobody.
+    /// The body of an answer whose queue holds `queue_bytes`. What does not fit goes into a file in `spool`. Without
+    /// a queue the printer does not wait.
     pub(super) fn new(spool: &Path, queue_bytes: usize) -> (Printer, Self) {
         let shared = Arc::new(Shared::default());
         let printer = Printer {

@@ -165,7 +165,8 @@ impl InverseTask {
         self.selection == Selection::Path
     }
 
-    /// Whether the poses of a table may wait in a file: the path is then gone along a fixed number of times, in order.
+    /// Whether the poses of a table may wait in a file: there is then a fixed number of passes along the path, in
+    /// order.
     #[must_use]
     pub fn may_wait(&self) -> bool {
         self.is_path() && !self.kinematics.has_several_turns()

@@ -15,7 +15,7 @@ const NUMBERS: usize = 6;
 const POSE_BYTES: usize = NUMBERS * size_of::<f64>();
 /// Poses that are written and read at a time, a whole number of blocks: 48 KiB, which stay in the second-nearest cache.
 const PIECE: usize = 8 * PoseBlock::LEN;
-/// What a pose is that cannot be read. No joints that are made of it leave.
+/// Stands for a pose that cannot be read. No joints that are made of it are sent.
 const UNREAD: [f64; NUMBERS] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
 /// A file of poses that is being written.
@@ -33,7 +33,7 @@ impl PoseFileWriter {
         Self { file, room, count: 0 }
     }
 
-    /// Writes poses behind the others. Blocks.
+    /// Writes poses after the others. Blocks.
     ///
     /// # Errors
     /// The file cannot be written, or there is no room for it in the spool.
@@ -102,7 +102,7 @@ fn numbers(row: &[u8; POSE_BYTES]) -> [f64; NUMBERS] {
 }
 
 impl PoseFile {
-    /// Whether poses could not be read: then nothing that was made of poses since may leave.
+    /// Whether poses could not be read: then nothing that was made of poses since then may be sent.
     pub(super) fn has_failed(&self) -> bool {
         self.fault.get().is_some()
     }

@@ -133,7 +133,7 @@ impl ReceivedPoses {
     /// The poses in memory.
     ///
     /// # Errors
-    /// They are in a file: these poses.
+    /// Some poses are in a file: the table itself.
     pub fn in_memory(self) -> Result<PoseColumns, Box<Self>> {
         if self.file.is_some() { Err(Box::new(self)) } else { Ok(self.columns) }
     }

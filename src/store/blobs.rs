@@ -46,7 +46,7 @@ pub enum BlobFault {
     /// A kept file is damaged.
     #[error(transparent)]
     Damaged(#[from] DamagedFile),
-    /// Files are in the database or in a bucket, and one of both failed.
+    /// Files are in the database or in a bucket, and one of the two failed.
     #[error(transparent)]
     Rows(StoreError),
 }

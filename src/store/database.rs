@@ -245,7 +245,7 @@ impl Store {
     /// Whether the database answers, and the bucket if files are in one.
     ///
     /// # Errors
-    /// One of both does not.
+    /// One of the two does not.
     pub async fn check(&self) -> Result<(), StoreError> {
         let _one: i64 =
             sql!(self.db, one(_), "SELECT CAST(1 AS BIGINT) AS \"one!\"").doing("checking the database")?;

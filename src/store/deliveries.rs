@@ -131,8 +131,9 @@ impl Store {
         .doing("looking for webhooks to deliver")
     }
 
-    /// Takes a due webhook until this time: whoever looks for due ones finds it then again, unless its attempt was
-    /// recorded before. `false` if another service has taken it. With a database that one service has, nobody else can.
+    /// Takes a due webhook until this time. Then a service that looks for due webhooks finds it again, unless its
+    /// attempt was recorded before. `false` if another service has taken it. That cannot happen with a database that
+    /// one service has.
     ///
     /// # Errors
     /// The database failed.

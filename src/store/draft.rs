@@ -73,7 +73,7 @@ impl Draft {
         self.file.as_file().try_clone()
     }
 
-    /// The same with everything from `source` behind it. The digest is computed beside the copy.
+    /// The same with everything from `source` after it. The digest is computed beside the copy.
     ///
     /// # Errors
     /// `source` cannot be read, the draft cannot be written, it would be longer than its limit, or there is no second

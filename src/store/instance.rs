@@ -23,7 +23,7 @@ use super::presence::Presence;
 
 /// Longest time of one renewal. A later one begins well before the leases end.
 const RENEWED_WITHIN: Duration = Duration::from_secs(4);
-/// How long the end of the service waits for its last word.
+/// How long the end of the service waits for its last message to the server.
 const LEFT_WITHIN: Duration = Duration::from_secs(1);
 /// A slower answer does not tell the time of the server well.
 const TOLD_WITHIN: Duration = Duration::from_millis(500);
@@ -235,7 +235,8 @@ impl Instance {
         let _in_time = tokio::time::timeout(LEFT_WITHIN, self.connections.close()).await;
     }
 
-    /// Passes on what the other services tell, until this one stops. What is missed is found by those who look.
+    /// Passes on the signals of the other services, until this one stops. A missed signal does no harm, because its
+    /// receivers also look.
     async fn listen(self, connections: PgPool) {
         loop {
             let heard = tokio::select! {
@@ -243,7 +244,7 @@ impl Instance {
                 heard = self.hear(&connections) => heard,
             };
             if let Err(fault) = heard {
-                tracing::debug!(error = %fault, "the signals of the other services cannot be heard");
+                tracing::debug!(error = %fault, "the signals of the other services cannot be received");
             }
             tokio::select! {
                 () = self.stop.cancelled() => break,

@@ -39,7 +39,7 @@ pub enum Signal {
     Queued(Arc<str>),
     /// The job with this id has another state.
     Changed(Arc<str>),
-    /// The client of the job with this id wants it no more.
+    /// The client has cancelled the job with this id.
     Cancelled(Arc<str>),
 }
 

@@ -97,11 +97,11 @@ pub enum MoveFault {
         /// A table with rows.
         table: &'static str,
     },
-    /// The target has an earlier copy, and one of both has changed since.
+    /// The target has an earlier copy, and one of the two has changed since.
     #[error(
-        "{database} has an earlier copy of this directory, and the table {table} differs: one of both was used since. \
-         Nothing was moved. If the server has what counts, move {} away; if the directory has it, drop the schema on the \
-         server", file.display()
+        "{database} has an earlier copy of this directory, and the table {table} differs: one of the two was used since. \
+         Nothing was moved. If the server has the data that count, move {} away; if the directory has them, drop the \
+         schema on the server", file.display()
     )]
     Differs {
         /// The address without a password.

@@ -1,5 +1,5 @@
 //! The database on a server of PostgreSQL: connections that only read, and one that writes. Every call has a deadline
-//! of its own, because a server that has gone away without a word never answers.
+//! of its own, because a server that disappears without closing its connections never answers.
 
 use std::fmt;
 use std::io;
@@ -322,7 +322,7 @@ impl PgWriter {
         self.presence.taken_over().await;
     }
 
-    /// Closes the connection, and gives the database free.
+    /// Closes the connection, and frees the database.
     pub(super) async fn close(&self) {
         let _in_time = tokio::time::timeout(ANSWERED_WITHIN, self.pool.close()).await;
         self.presence.end().await;

@@ -90,7 +90,7 @@ impl Presence {
         age <= since.elapsed()
     }
 
-    /// No connection of before is used again: the address may lead to another server now.
+    /// No earlier connection is used again: the address may lead to another server now.
     fn distrust_connections(&self) {
         *self.trusted_since.lock().unwrap_or_else(PoisonError::into_inner) = Instant::now();
     }

@@ -1,5 +1,5 @@
-//! Removes files that several services keep together and that no job names. Their rows go first. Whoever keeps the same
-//! bytes meanwhile makes an object of another name.
+//! Removes files that several services keep together and that no job names. Their rows go first. A service that keeps
+//! the same bytes meanwhile makes an object with another name.
 
 use std::collections::BTreeSet;
 

@@ -173,7 +173,7 @@ async fn a_directory_on_a_server_answers_as_before_to_the_byte_and_goes_on_with_
 
         let target = address_of(&data).unwrap();
         let told = moved(&data, &target, &place.to_string());
-        assert!(told.contains("are compared") && told.contains("trunnion.sqlite.migrated"), "{told}");
+        assert!(told.contains("were compared") && told.contains("trunnion.sqlite.migrated"), "{told}");
         assert!(!data.join("trunnion.sqlite").exists() && data.join("trunnion.sqlite.migrated").is_file());
         let shared = place.is_shared();
         assert_eq!(data.join("blobs").is_dir(), !shared, "a service would take them for copies");

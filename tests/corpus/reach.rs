@@ -259,7 +259,7 @@ fn measured(folder: &Path) -> Vec<(&'static str, Vec<Measured>)> {
 fn page(measured: &[(&'static str, Vec<Measured>)]) -> String {
     let mut page = format!("{BEGIN}\n\n");
     page.push_str(
-        "| folder | programs | whole | but for places of the machine | in part | left unchanged | refused | no motion |\n\
+        "| folder | programs | whole | all except places of the machine | in part | left unchanged | refused | no motion |\n\
          |---|---|---|---|---|---|---|---|\n",
     );
     let count = |programs: &[Measured], reach: Reach| {

@@ -192,8 +192,8 @@ impl Kinematics {
         if states > RELAX_ABOVE { 2 } else { states }
     }
 
-    /// Whether a rotary axis has several turns within its travel. A path is then looked along many times before it is
-    /// decided, and its solutions stay in memory.
+    /// Whether a rotary axis has several turns within its travel. The choice then takes many passes along a path, so
+    /// its solutions stay in memory.
     #[must_use]
     pub fn has_several_turns(&self) -> bool {
         Grid::new(self.travel_deg).count != [1; 2]

@@ -191,7 +191,7 @@ fn sign(word_deg: f64) -> Option<bool> {
     (word_deg.abs() > SAME_DEG).then_some(word_deg > 0.0)
 }
 
-/// Whether an axis has the wanted sign in the first position, if it has it in only one of both.
+/// Whether an axis has the wanted sign in the first position, if it has it in only one of the two.
 fn is_on_side(first: &Position, second: &Position, k: usize, positive: bool) -> Option<bool> {
     let (first, second) = (first.is_positive[k]?, second.is_positive[k]?);
     (first != second).then_some(first == positive)

@@ -7,8 +7,9 @@ use super::{PoseLanes, ToolPose};
 ///
 /// A path goes along its poses more than once, in order, and looks back at single ones. Every call for the same poses
 /// has to give the same bits. A source that cannot read its poses any more hands over any poses, and remembers that it
-/// failed. Its caller then answers the next question for a stop with a break: nothing that was made of these poses is
-/// handed over, because [`super::Kinematics::decide_path`] and [`super::DecidedPath::next_piece`] ask that question last.
+/// failed. Its caller then says, at the next question, that it wants to stop. [`super::Kinematics::decide_path`] and
+/// [`super::DecidedPath::next_piece`] ask once more before they hand anything over, so nothing that was made of these
+/// poses leaves.
 pub trait PoseSource: Sync {
     /// The number of poses.
     fn count(&self) -> usize;
@@ -32,7 +33,7 @@ pub trait PoseSource: Sync {
 /// A block of poses where they are: at most [`PoseBlock::LEN`].
 #[derive(Debug, Clone, Copy)]
 pub struct Poses<'a> {
-    /// The number of poses; what is behind them means nothing.
+    /// The number of poses; the values after them mean nothing.
     pub(super) count: usize,
     /// x y z.
     pub(super) tip_mm: [&'a Lane; 3],

@@ -1,8 +1,8 @@
 //! Which poses of a path have their solutions in memory: all, or two blocks that move along the path.
 //!
-//! The choice among the solutions can depend on the last pose, so a path is gone along at least twice. To solve a block
-//! again takes less time than it takes to print its joints, and the memory does not grow with the path. Axes of several
-//! turns would have their blocks solved many times.
+//! The choice among the solutions can depend on the last pose, so there are at least two passes along a path. To
+//! solve a block again takes less time than it takes to print its joints, and the memory does not grow with the path.
+//! Axes of several turns would have their blocks solved many times.
 
 use std::ops::Range;
 

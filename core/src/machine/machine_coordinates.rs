@@ -15,8 +15,7 @@ pub struct MachineCoordinates {
     /// The reference positions in machine coordinates, first that of G28, then those of G30 P2, P3 and P4: X Y Z
     /// \[mm\], then the rotary axes in the profile's order \[deg\]. `None` for an axis whose position is not stated.
     pub references: Vec<[Option<f64>; 5]>,
-    /// The offset of all work offsets that a program writes, beside the values in the program \[mm\]. `None` if it is not
-    /// known.
+    /// The offset that the control adds to all work offsets that a program writes \[mm\]. `None` if it is not known.
     pub external_mm: Option<[f64; 3]>,
     /// Z in machine coordinates at which a retraction along the tool to the end of the travel ends \[mm\]. `None` if it is
     /// not known.

@@ -35,8 +35,8 @@ impl Interpreter {
         self.modal.compensation = Some(on);
     }
 
-    /// G41 and G42 by a register: how far left of the path a tool of its radius runs \[mm\]. `None` if the block names no
-    /// register, or if nobody states its radius.
+    /// G41 and G42 by a register: how far left of the path a tool of its radius runs \[mm\]. `None` if the block
+    /// names no register, or if its radius is not stated.
     pub(super) fn register_beside_mm(&self, left: bool) -> Option<f64> {
         let offsets = &self.options.radius_offsets.by_register_mm;
         let radius_mm =
@@ -45,8 +45,8 @@ impl Interpreter {
     }
 
     /// A block after which the path by a radius is not certain any more: it names another register, and controls differ in
-    /// the corner from which its radius counts. Or it stops, or shifts all zeros, and controls differ in whether they look
-    /// at the motion behind it.
+    /// the corner from which its radius counts. Or it stops, or shifts all zeros, and controls differ in whether they
+    /// look at the motion after it.
     pub(super) fn note_radius_change(&mut self) {
         if self.modal.compensation != Some(true) || self.modal.radius.beside_mm.is_none() {
             return;

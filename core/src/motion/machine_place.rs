@@ -83,7 +83,7 @@ impl Interpreter {
         true
     }
 
-    /// The way of the named axes to the reference position of G28 or G30, behind the point of their words. Returns
+    /// The way of the named axes to the reference position of G28 or G30, after the point of their words. Returns
     /// false, and changes nothing, if it is not followed.
     pub(super) fn move_to_reference(
         &mut self,
@@ -111,8 +111,8 @@ impl Interpreter {
         true
     }
 
-    /// Behind G28 or G30 whose way is not certain: the named axes are at the reference position all the same, if it is
-    /// stated.
+    /// After G28 or G30 whose way is not certain: if the reference position is stated, the named axes are there
+    /// anyway.
     pub(super) fn arrive_at_reference(&mut self, reason: Option<Unfollowable>) {
         let is_certain = self.rules.reference_passes_point
             && reason.is_none()
@@ -293,8 +293,8 @@ impl Interpreter {
         words.map_or([AxisEnd::Unknown; 2], |[x, y, _]| [AxisEnd::At(x), AxisEnd::At(y)])
     }
 
-    /// Behind a motion of axes to places of the machine that is not followed: the words of those axes are not known. If
-    /// words are not positions of single axes, none of X Y Z is.
+    /// After a motion of axes to places of the machine that is not followed: the words of those axes are not known.
+    /// If words are not positions of single axes, none of X Y Z is.
     pub(super) fn forget_moved(&mut self, named: u32) {
         self.forget_named(named);
         let is_of_axes = self.obstacle().is_none()
@@ -306,7 +306,7 @@ impl Interpreter {
         }
     }
 
-    /// Zero of the program's words, in M \[mm\]; `None` if no one has stated it.
+    /// Zero of the program's words, in M \[mm\]; `None` if it is not stated.
     fn origin_mm(&self) -> Option<[f64; 3]> {
         let offset = self.modal.work_offset.filter(|_| self.modal.shifts == 0)?;
         let offset_mm = self.options.work_offsets.of(offset, self.is_only_offset(offset))?;

@@ -52,7 +52,7 @@ pub struct RadiusCompensation {
     /// Counts how often compensation has been switched on so far.
     pub number: u32,
     /// How far the tool runs to the left of the programmed path, negative to the right \[mm\]; `None` if this depends
-    /// on tables of the control that nobody states.
+    /// on tables of the control that are not stated.
     pub beside_mm: Option<f64>,
     /// How the control runs the path.
     pub rule: RadiusRule,

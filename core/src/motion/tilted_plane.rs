@@ -114,8 +114,8 @@ impl Interpreter {
         self.modal.tilt.is_some_and(|plane| matches!(plane.standing, Standing::On(_)))
     }
 
-    /// Tells the motions of a block that has turned the rotary axes to known words, if the block has no `reason` of its
-    /// own against being followed.
+    /// Reports the motions of a block that has turned the rotary axes to known words, if the block has no `reason` of
+    /// its own against being followed.
     pub(super) fn note_turn(&self, reason: Option<Unfollowable>, motions: &mut [Motion]) {
         let understood = [Unfollowable::TiltedPlane, Unfollowable::Transformation].map(Some);
         let Some(plane) = self.modal.tilt.filter(|_| reason.is_none() && self.stands_on_plane()) else {
@@ -182,7 +182,7 @@ impl Interpreter {
         true
     }
 
-    /// Why a motion is left alone that is in a plane and is not followed there.
+    /// Why a motion in a plane is left unchanged, if it is not followed there.
     pub(super) fn as_in_plane(&self, obstacle: Option<Unfollowable>) -> Option<Unfollowable> {
         if obstacle != Some(Unfollowable::TiltedPlane) || !self.stands_on_plane() {
             return obstacle;

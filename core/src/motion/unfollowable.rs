@@ -204,7 +204,7 @@ impl Unfollowable {
             }
             Self::BlockDelete => "Remove the `/` or the block",
             Self::CutterCompensation => {
-                "Post the path of the cutter without radius compensation; operations that only read follow G41 and G42 with D if `radius_offsets_mm` states the radius and corners and ways in and out leave no doubt"
+                "Post the path of the cutter without radius compensation; operations that only read follow G41 and G42 with D if `radius_offsets_mm` states the radius, and if it is certain how the control runs the corners and the ways in and out"
             }
             Self::TiltedPlane => {
                 "Write the plane in a form that is followed, with X Y Z words alone in it, and state `plane_solution` in the profile; or post the program without a tilted plane"

@@ -1,7 +1,8 @@
 //! Zeros that programs of RS274/NGC controls write. G10 L2 and L20 state a work offset, which may be turned about Z. G92
 //! shifts the words along its axes. G28.1 stores a reference position.
 //!
-//! Of other controls G10 L2 is followed, in G90, if it is stated what else counts beside the values of the program.
+//! On other controls G10 L2 is followed in G90, if the profile states what the control adds to the values of the
+//! program.
 //!
 //! All of them are in the text, so the words after them keep their places. With the rotary axes at zero, the words `w`
 //! are the place `origin + Rz(turn) · (shift + w)` in M. The source is `LinuxCNC`, `interp_convert.cc`.
@@ -42,7 +43,7 @@ impl Interpreter {
             && self.modal.obstacle_beside_turn().is_none()
     }
 
-    /// What counts beside the origins that the program writes \[mm\]; `None` if origins are not followed.
+    /// What the control adds to the origins that the program writes \[mm\]; `None` if origins are not followed.
     fn external_mm(&self) -> Option<[f64; 3]> {
         let coordinates = self.machine_coordinates.as_ref()?;
         if self.is_rs274 {
@@ -66,7 +67,7 @@ impl Interpreter {
         }
     }
 
-    /// Words count from a zero that is not known, and are told as they are written.
+    /// Words count from a zero that is not known, and are reported as they are written.
     pub(super) fn drop_zeros(&mut self) {
         if self.zeros.has_written() {
             self.zeros.is_lost = true;

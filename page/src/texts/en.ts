@@ -108,12 +108,13 @@ export const en = {
     amber: "Needs a look",
     red: "Needs action",
     neverCalibrated: "No calibration run is stored.",
-    noInterval: (days: number) => `Calibrated ${days} days ago. The profile states no interval.`,
-    fresh: (days: number, due: number) => `Calibrated ${days} days ago, due after ${due} days.`,
+    noInterval: (days: number) => `Calibrated ${many(days, "day", "days")} ago. The profile states no interval.`,
+    fresh: (days: number, due: number) => `Calibrated ${many(days, "day", "days")} ago, due after ${many(due, "day", "days")}.`,
     dueSoon: (left: number) => `Calibration is due in ${many(left, "day", "days")}.`,
     overdue: (over: number) => `Calibration is overdue by ${many(over, "day", "days")}.`,
     notApplied: "The newest run is not applied.",
-    failedJobs: (failed: number, all: number) => `${failed} of the last ${all} jobs failed.`,
+    failedJobs: (failed: number, all: number) =>
+      all === 1 ? "The last job failed." : `${failed} of the last ${all} jobs failed.`,
   },
   compensate: {
     title: "Compensate a program",

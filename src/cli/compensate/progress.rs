@@ -1,5 +1,5 @@
-//! A bar that shows how far a long computation has come. Only a terminal gets one: in a file or a pipe it would be
-//! rubbish.
+//! A bar that shows how far a long computation has come. Only a terminal gets one: in a file or a pipe it would be in
+//! the way.
 
 use std::io::{IsTerminal, Write, stderr};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::jobs::Progress;
 
-/// What ends sooner has no bar.
+/// A computation that ends sooner has no bar.
 const SHOWN_AFTER: Duration = Duration::from_secs(1);
 /// Time between two pictures of the bar.
 const EVERY: Duration = Duration::from_millis(200);

@@ -40,7 +40,7 @@ pub enum DemoFault {
         /// The number of its rows.
         count: u64,
     },
-    /// The directory is no data directory, and has files of somebody else.
+    /// The directory is no data directory, and has other files.
     #[error(
         "the directory {} holds {found:?} and no database of this service; nothing was changed. Name an empty or new \
          directory: trunnion demo --data-dir ./demo", path.display()

@@ -1,8 +1,8 @@
 //! What several operations have is written once, under `components`: every refusal, and parameters, headers and
 //! examples that occur more than once. Refusals that no operation has of its own are in its `default` response.
 //!
-//! The most frequent of several values gets the plain name, such as the status of a refusal. The others have the id of
-//! the first operation behind it.
+//! The most frequent of several values gets the plain name, such as the status of a refusal. The names of the others
+//! end with the id of the first operation that has them.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The description of the interface: equal to the committed one, and whole. `BLESS=1` writes it anew.
+//! The description of the interface: equal to the committed one, and whole. `BLESS=1` writes it again.
 
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -26,7 +26,7 @@ const LOOKS_EVERY: Duration = Duration::from_secs(1);
 const STEADY_AFTER: Duration = Duration::from_secs(15);
 /// Largest time between two renewals of a service that has reached the database all the time.
 const UNBROKEN: Duration = Duration::from_secs(10);
-/// Time between two removals of files that nobody names.
+/// Time between two removals of files that no job names.
 const TIDIED_EVERY: Duration = Duration::from_hours(1);
 /// Time between two looks at everything in the bucket.
 const SWEPT_EVERY: Duration = Duration::from_hours(24);

@@ -20,7 +20,7 @@ impl Blobs {
         self.shared.is_some()
     }
 
-    /// Removes copies that were made so long ago, and counts them. Who reads one goes on reading it. Blocks.
+    /// Removes copies that were made so long ago, and counts them. A reader of a copy can read it to its end. Blocks.
     ///
     /// # Errors
     /// A directory cannot be read or a file not removed.

@@ -223,7 +223,7 @@ impl WarningKind {
                 "the cutter in CUTTER/ differs from the one in the request or the tool table. The tool of the request is used. A section whose tool is from the table is left unchanged: correct CUTTER/ or the table"
             }
             Self::WrittenOut => {
-                "loops and calls were written out, and the report counts the lines of the written-out program. The assignments of parameters and variables that are counted here are left out; the line is that of the first one in the program that was sent. What reads these parameters later finds their old values"
+                "loops and calls were written out, and the report counts the lines of the written-out program. The assignments of parameters and variables that are counted here are left out; the line is that of the first one in the program that was sent. A program that reads these parameters later finds their old values"
             }
             Self::NoContactKept => {
                 "no contact was found in the program; tips move by the length difference only"

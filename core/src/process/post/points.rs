@@ -237,7 +237,7 @@ impl ClPoints {
         Ok(Some(Item::ToolChange { number, length_number, line: block.line }))
     }
 
-    /// The tool in the spindle again: no change, but its length may not become another one.
+    /// A call of the tool that is in the spindle: no change, but its length must stay the same.
     fn load_again(&mut self, parameters: &PostParameters, load: &Load) -> Result<Option<Item>, NotPosted> {
         let Some(tool) =
             self.tool.as_mut().filter(|tool| load.register.is_some_and(|other| tool.register != Some(other)))

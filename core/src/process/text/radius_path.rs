@@ -2,8 +2,8 @@
 //! and cut off at inner ones, and the way into it and out of it.
 //!
 //! The end of a motion depends on the motion after it, so motions are held back until it is known. A path that a
-//! control would refuse is left alone, and so is one whose radius is not known. The tool is then somewhere beside the
-//! programmed place until the program names the axes of the plane again.
+//! control would refuse is left unchanged, and so is a path whose radius is not known. The tool is then somewhere
+//! beside the programmed place until the program names the axes of the plane again.
 //!
 //! Controls other than `LinuxCNC` differ in the way in, in outer corners and in the way out. Of these, only what all do
 //! alike is followed.
@@ -55,10 +55,10 @@ struct Turn<'a> {
 
 /// Most motions that are held back.
 const MAX_HELD: usize = 256;
-/// A piece that is cut off beyond its beginning by no more than this is not \[mm\].
+/// A piece may be cut off beyond its beginning by up to this, as rounding does \[mm\].
 const BACKWARDS_MM: f64 = 1e-9;
-/// An arc that is cut off, or that ends at an outer corner, runs through no larger angle than before, but for this: the
-/// limit of `LinuxCNC` \[rad\].
+/// An arc that is cut off, or that ends at an outer corner, may run through an angle that is larger than before by up
+/// to this: the limit of `LinuxCNC` \[rad\].
 const MORE_SWEEP_RAD: f64 = 1e-3;
 /// The same of an arc that is not cut off, whose ends are smoothed corners \[rad\].
 const MORE_SMOOTHED_RAD: f64 = 0.2;
@@ -176,7 +176,7 @@ impl RadiusPath {
         }
     }
 
-    /// The path is not followed from the motion held back on.
+    /// From the motions held back on, the path is not followed.
     fn lose(&mut self, placed: &Placed) {
         let (mut motion, position) = *placed;
         if let Some(way) = &mut self.under_way {
@@ -299,8 +299,8 @@ impl RadiusPath {
         }
     }
 
-    /// A corner that all controls run alike: an inner one, where the paths beside meet, or nearly none. The way in ends
-    /// beside the beginning of the next piece.
+    /// A corner that all controls run alike: an inner corner, where the paths beside meet, or a corner that is nearly
+    /// straight. The way in ends beside the beginning of the next piece.
     fn take_alike(&mut self, way: &UnderWay, turn: &Turn) -> Option<[f64; 2]> {
         let Turn { last, last_from_mm, next, motion } = turn;
         way.goes_on_to(motion).then_some(())?;

@@ -83,7 +83,7 @@ impl UnderWay {
             && next.is_some_and(|next| self.turns_inwards(last, &next).is_some())
     }
 
-    /// Whether a motion is one of this path: it is followed but for the compensation, and turns no rotary axis.
+    /// Whether a motion is one of this path: apart from the compensation it is followed, and it turns no rotary axis.
     pub(super) fn takes(&self, motion: &Motion) -> bool {
         let at_rest = motion.start.zip(motion.end).is_some_and(|(start, end)| {
             (0..2).all(|k| start.rotary_deg[k].to_bits() == end.rotary_deg[k].to_bits())

@@ -14,7 +14,7 @@ use crate::program::{Address, Batch, Block, BlockFlags, BlockKind, Keyword, Word
 const OF_THE_CONTROL: std::ops::Range<u32> = 100..200;
 /// The most parameters that a control has.
 const MAX_NUMBER: u32 = 10_000;
-/// From the QL parameters of a program to those of the one that it calls. They are behind all others.
+/// From the QL parameters of a program to those of the one that it calls. They come after all others.
 const NEXT_PROGRAM: u32 = 3 * MAX_NUMBER;
 /// The deepest formula that is computed.
 const MAX_DEPTH: u32 = 32;

@@ -170,7 +170,7 @@ fn compensation(scan: &mut Line<'_>, start: usize) {
     scan.at = start + 2;
 }
 
-/// `MB MAX` and a feed behind M140.
+/// `MB MAX` and a feed after M140.
 fn retract(scan: &mut Line<'_>, code: f64) {
     let text = scan.slice(scan.at, scan.extent.body_end);
     let text = text.split(|byte| matches!(byte, b';' | b'\r' | b'\n')).next().unwrap_or_default();

@@ -12,7 +12,7 @@ pub(super) const RULES: WritingOut = WritingOut {
     feed_keeps_point: false,
 };
 
-/// Whether a text has Q, QL, QR or QS with a number, also behind a letter.
+/// Whether a text has Q, QL, QR or QS with a number, also after a letter.
 fn has_q(text: &[u8]) -> bool {
     text.iter().enumerate().any(|(at, byte)| {
         let rest = text.get(at + 1..).unwrap_or_default();

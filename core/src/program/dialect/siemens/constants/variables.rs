@@ -397,7 +397,7 @@ impl Variables {
     }
 }
 
-/// What comes before the names of a called file's variables. No name begins with it, and it sorts behind all names.
+/// What comes before the names of a called file's variables. No name begins with it, and it sorts after all names.
 const fn mark(depth: u8) -> u8 {
     0x80 | depth
 }

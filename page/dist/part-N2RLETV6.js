@@ -1,4 +1,4 @@
-import{F as c,H as T,I as G,K as l,L as u,M as d,d as r,e as m,na as p,sa as t,va as _}from"./part-S4N6TJFA.js";import"./part-2L3S7ETU.js";import"./part-4OTJZBQC.js";var f=`%
+import{F as c,H as T,I as G,K as l,L as u,M as d,d as r,e as m,na as p,sa as t,va as _}from"./part-AZL4COTT.js";import"./part-2L3S7ETU.js";import"./part-4OTJZBQC.js";var f=`%
 (dome)
 N10 G21 G90 G17 G54
 N20 T1 M6
