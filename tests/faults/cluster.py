@@ -131,7 +131,7 @@ def followed_and_cancelled_elsewhere(cluster, text):
     followers = [threading.Thread(target=follow, args=(s,)) for s in cluster.services]
     for follower in followers:
         follower.start()
-    time.sleep(6)
+    time.sleep(2)
     asked = time.monotonic()
     assert others[0].ask("DELETE", f"/v1/jobs/{id}").status == 202
     ended = others[1].ended(id)

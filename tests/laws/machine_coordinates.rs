@@ -336,6 +336,9 @@ fn a_retraction_to_the_end_of_the_travel_ends_where_the_profile_says() {
         (&stated, "M140 MB MAX F Q5"),
         (&stated, "M140"),
         (&stated, "/M140 MB MAX"),
+        // The change of the tool moves axes too, before or after.
+        (&stated, "M6 M140 MB MAX"),
+        (&stated, "M140 MB MAX M6"),
         (&head, "M140 MB MAX"),
         (&machine(Some(false)), "M140 MB MAX"),
     ] {

@@ -213,6 +213,8 @@ fn planes_that_are_not_certain_are_left_alone() {
         (iso("G68.2 Q121 X0 Y0 Z0 I90 J30 K0\nG53.1\nG0 X1 Y2 Z3\n"), tilted),
         (iso("G68.2 X0 Y0 Z0 I90 J30\nG53.1\nG0 X1 Y2 Z3\n"), tilted),
         (iso("G68.2 X0 Y0 I90 J30 K0\nG53.1\nG0 X1 Y2 Z3\n"), tilted),
+        // So far away that places are rounded too much.
+        (iso("G68.2 X100000000 Y0 Z0 I90 J30 K0\nG53.1\nG0 X1 Y2 Z3\n"), tilted),
         (iso("G68.3 X0 Y0 Z0\nG53.1\nG0 X1 Y2 Z3\n"), tilted),
         (iso(&format!("G91\n{plane}G53.1\nG90 G0 X1 Y2 Z3\n")), tilted),
         (iso(&format!("G18\n{plane}G53.1\nG0 X1 Y2 Z3\n")), tilted),

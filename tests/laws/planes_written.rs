@@ -518,6 +518,24 @@ fn arcs_of_a_plane_move_along_its_normal() {
     assert_eq!(found, wanted.lines().collect::<Vec<_>>(), "{output}");
 }
 
+/// Far away a double has no ten millionths of a millimetre. What is left unchanged is what it was all the same.
+#[test]
+fn places_far_away_in_a_plane_are_left_as_they_are() {
+    let ball = tool(BALL_MM, BALL_MM);
+    let shorter = WearParameters {
+        shorter_by: Length::from_mm(0.25),
+        ..WearParameters::new(ball, WornCutter::Tool(ball), set_up(Dialect::Iso))
+    };
+    for [zero, place] in [["9999999", "0.001"], ["0", "900000000"], ["-9999999", "987654321.123"]] {
+        let text = format!(
+            "G90 G21 G94 G17 G54\nG0 X0 Y0 Z50 A0 C0\nG68.2 X{zero} Y0 Z0 I10 J20 K0\nG53.1\nG0 X{place} Y0 Z0\nG1 X5 F100\nG69\nM30\n"
+        );
+        let written =
+            worn_by(Dialect::Iso, &tables(), &shorter, &text).unwrap_or_else(|fault| panic!("{text}{fault}"));
+        assert!(written.contains("G69"), "{written}");
+    }
+}
+
 /// Blocks of a plane that are not followed are left alone where they need not move, and refused where they must.
 #[test]
 fn what_is_not_certain_in_a_plane_is_left_or_refused() {

@@ -118,7 +118,7 @@ proptest! {
 }
 
 /// Blocks of which controls make different motions, or none. Line 2 of the program is their first.
-const LEFT_ALONE: [&str; 25] = [
+const LEFT_ALONE: [&str; 26] = [
     // No radius is stated for the register, and none is named.
     "G1 G41 D5 X20 F100\nY20\nG40 X0\n",
     "G1 G41 X20 F100\nY20\nG40 X0\n",
@@ -150,6 +150,7 @@ const LEFT_ALONE: [&str; 25] = [
     "G1 G41 D4 X20 F100\nY20\nD6 X0\nG40 Y0\n",
     "G1 G41 D4 X20 F100\nY20\nD6\nX0\nG40 Y0\n",
     "G1 G41 D6 X20 F100\nY20\nX0 D9\nG40 Y0\n",
+    "G43 H3 Z5\nG1 G41 D4 X20 F100\nY20\nX0 H3\nG40 Y0\n",
     // A stop, and a shift of all zeros, by nothing.
     "G1 G41 D4 X20 F100\nY20\nM0\nX0\nG40 Y0\n",
     "G1 G41 D4 X20 F100\nY20\nM1\nX0\nG40 Y0\n",
@@ -158,19 +159,38 @@ const LEFT_ALONE: [&str; 25] = [
 
 #[test]
 fn a_radius_that_the_program_writes_is_not_that_of_the_request() {
-    let path = "G1 G41 D4 X20 F100\nY20\nX0\nG40 Y0\n";
-    for (block, is_followed) in [("", true), ("G10 L1 P4 Z80\n", true), ("G10 L1 P4 R3\n", false)] {
-        let found = understood(&[("D4", 2.0)], true, &format!("{START}{block}{path}"));
-        let all = found.iter().all(|told| matches!(told, Interpreted::Motion(_)));
-        assert_eq!(all, is_followed, "{block}{found:?}");
+    let is_followed = |is_rs274: bool, block: &str| {
+        let path = "G54 G49\nG0 X0 Y0 Z5 A0 C0\nG1 G41 D4 X20 F100\nY20\nX0\nG40 Y0\n";
+        let found = understood(&[("D4", 2.0)], is_rs274, &format!("{START}{block}{path}"));
+        let mut left = found.iter().filter(|told| matches!(told, Interpreted::LeftAlone { .. }));
+        left.all(|told| {
+            !matches!(told, Interpreted::LeftAlone { reason: Unfollowable::CutterCompensation, .. })
+        })
+    };
+    for is_rs274 in [true, false] {
+        assert!(is_followed(is_rs274, ""));
+        for block in [
+            "G10 L10 P4 R3\n",
+            "G10 L11 P4 R3\n",
+            "G10 L12 P4 R3\n",
+            "G10 L13 P4 R3\n",
+            "G10 L#500 P4 R3\n",
+            "G10 P4 R3\n",
+            "#2004=3\n",
+            "#13004=3\n",
+        ] {
+            assert!(!is_followed(is_rs274, block), "{is_rs274} {block}");
+        }
     }
+    assert!(is_followed(true, "G10 L1 P4 Z80\n"));
+    assert!(!is_followed(true, "G10 L1 P4 R3\n"));
 }
 
 #[test]
 fn what_controls_run_differently_is_left_alone_and_so_is_the_place_after_it() {
     for blocks in LEFT_ALONE {
         let text = format!("{START}{blocks}G40 G0 Z50\nX7 Y8\nX9\n");
-        let found = understood(&[("D4", 2.0), ("D6", 1.0)], false, &text);
+        let found = understood(&[("D4", 2.0), ("D6", 1.0), ("H19", 1.0)], false, &text);
         let reasons: Vec<_> = found
             .iter()
             .filter_map(|told| match told {
@@ -204,4 +224,21 @@ fn one_block_between_two_pieces_is_followed() {
     ];
     let found = ends(&[("D4", 2.0)], false, &text);
     assert!(is_near(&found, &wanted), "{found:?}");
+}
+
+#[test]
+fn an_axis_stays_unknown_until_the_program_names_it() {
+    let lost = "G17\nG1 G41 D4 X20 F100\nY-20\nG40 X0\n";
+    for (blocks, wanted) in [
+        // A second path is lost in another plane.
+        ("G18\nG1 G41 D4 X30 Z-5\nX50\nG40 X0\nG0 X7 Z50\n", [Some(7.0), None, Some(50.0)]),
+        // An increment counts from a place that is not known.
+        ("G91 G0 X5 Y5\n", [Some(5.0), None, Some(5.0)]),
+        ("G0 X7 Z50\n", [Some(7.0), None, Some(50.0)]),
+        ("G0 X7 Y8\n", [Some(7.0), Some(8.0), Some(5.0)]),
+    ] {
+        let found = understood(&[("D4", 2.0)], false, &format!("{START}{lost}{blocks}"));
+        let Some(Interpreted::Motion(last)) = found.last() else { panic!("{blocks}{found:?}") };
+        assert_eq!(last.joints[..3], wanted, "{blocks}");
+    }
 }

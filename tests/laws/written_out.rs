@@ -82,6 +82,7 @@ fn words_get_numbers_and_the_text_before_the_first_loop_stays_as_it_is() {
 fn what_cannot_be_written_out_is_refused_with_its_line_and_the_cure() {
     for (dialect, main, line, wanted) in [
         (Dialect::Iso, "G0 X0\nM98 P2\n", 2, "its file is missing"),
+        (Dialect::Iso, "G0 X0\nM98 P2 L100000\nM30\nO2\nM99\n", 2, "its number or its count"),
         (Dialect::Iso, "G0 X0\no1 repeat [1]\nG65 P9 A1\no1 endrepeat\n", 3, "this call is not followed"),
         (Dialect::Iso, "G0 X0\no1 repeat [1]\nG1 X#<_x> F5\no1 endrepeat\n", 3, "does not fix"),
         (Dialect::Iso, "G0 X0\no1 repeat [1]\n#5221=5\no1 endrepeat\n", 3, "offsets or other values"),

@@ -47,7 +47,7 @@ impl Interpreter {
             return;
         }
         if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
-            self.shift_offsets();
+            self.assign_system();
         }
         if self.block.has(Address::O) && self.has_motions() {
             self.forget_all();

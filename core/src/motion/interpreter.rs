@@ -421,7 +421,7 @@ impl Interpreter {
     fn assign(&mut self, block: &Block) {
         self.course.note_block();
         if block.flags.has(BlockFlags::ASSIGNS_SYSTEM) {
-            self.shift_offsets();
+            self.assign_system();
         }
         if block.flags.has(BlockFlags::SETS_CYCLE) {
             self.modal.hole = None;

@@ -148,6 +148,7 @@ impl Interpreter {
             && !self.axes.has_head_axis()
             && self.block.present & AXES == 0
             && self.modal.compensation == Some(false)
+            && !self.changes_tool()
             && !self.modal.is_lost;
         let limit_mm = self.machine_coordinates.as_ref().and_then(|stated| stated.retract_z_mm);
         let Some(limit_mm) = limit_mm.filter(|_| is_certain) else { return false };

@@ -23,18 +23,26 @@ const MOVED: [Address; 9] = [
 ];
 impl Interpreter {
     /// G10: L2 and L20 are work offsets. Without an L, or with an L of unknown value, it may also be a work offset.
-    /// Other tables are tool offsets, and the length may be the active one.
+    /// Other tables are tool offsets: the length may be the active one, and the radius that of any register.
     pub(super) fn write_offsets(&mut self) {
         let table = self.block.value(Address::L);
         if self.write_zero() {
             return;
         }
-        if table.is_none_or(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5)) {
+        let is_work_offset = table.map(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5));
+        self.modal.writes_radii |= is_work_offset != Some(true);
+        if is_work_offset != Some(false) {
             self.shift_offsets();
         } else {
             self.position.forget_linear();
             self.modal.writes_lengths = true;
         }
+    }
+
+    /// Values of the control are assigned: offsets of any kind.
+    pub(super) fn assign_system(&mut self) {
+        self.modal.writes_radii = true;
+        self.shift_offsets();
     }
 
     /// Whether the block ends a shift (G92.1, G92.2, G52 with zeros) in a program that has shifted nothing so far.

@@ -16,6 +16,10 @@ use crate::program::{Address, Batch, Block, FreeAxisWord, PlaneDirections, Plane
 /// The transformations that are planes.
 const PLANES: [Transformation; 2] = [Transformation::Tilt, Transformation::Swivel];
 
+/// Zeros of planes lie no farther from the zero of the program than this. Farther away, the places of a plane would be
+/// rounded more than a machine is accurate \[mm\].
+const FARTHEST_MM: f64 = 1e7;
+
 impl Modal {
     /// Everything that decides where the zero of the program is.
     fn offsets(&self) -> Offsets {
@@ -106,6 +110,10 @@ impl Interpreter {
             PlaneDirections::Axes { x, normal } => Turn::with_axes(x, normal)?,
         };
         let mm = |lengths: [f64; 3]| lengths.map(|length| length * unit);
+        let is_near = |lengths: [f64; 3]| mm(lengths).iter().all(|at_mm| at_mm.abs() <= FARTHEST_MM);
+        if !is_near(stated.zero) || !is_near(stated.shift) {
+            return None;
+        }
         Some(PlaneFrame::new(mm(stated.zero), turn).shifted(mm(stated.shift)))
     }
 

@@ -17,6 +17,7 @@ impl Interpreter {
         if !self.block.has(Address::H) || self.names_offset_by_h() || self.names_radius_by_h() {
             return;
         }
+        self.note_radius_change();
         let number = self.block.value(Address::H);
         if number.is_none() || number != self.modal.length_number {
             self.other_length();

@@ -10,6 +10,9 @@ use crate::process::fault::Fault;
 /// Words that are read back may differ by this from the planned ones, because inches and increments pass through
 /// binary fractions \[mm or deg\].
 pub(in crate::process) const SAME_READ_BACK: f64 = 1e-7;
+/// The same for words so large that double precision has no such difference: some roundings of a tilted plane, as a share
+/// of the word.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Half a unit of the last decimal on three axes. Squareness errors stretch it a little.
 pub(in crate::process) const LINEAR_ROUNDING: f64 = 1.732_050_808 * 1.1;
 /// Error of arithmetic with inches and increments \[mm\].
@@ -87,7 +90,8 @@ fn stated_feed(motion: &Motion) -> Option<f64> {
 
 /// Whether these words are the same, or both are unknown.
 pub(in crate::process) fn same_words(a: Option<AxisWords>, b: Option<AxisWords>) -> bool {
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_READ_BACK);
+    let same = |a: f64, b: f64| (a - b).abs() <= SAME_READ_BACK.max(ROUNDING * a.abs());
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| same(*a, *b));
     match (a, b) {
         (None, None) => true,
         (Some(a), Some(b)) => near(&a.linear_mm, &b.linear_mm) && near(&a.rotary_deg, &b.rotary_deg),

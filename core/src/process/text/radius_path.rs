@@ -33,6 +33,19 @@ enum Standing {
     Unknown([bool; 3]),
 }
 
+impl Standing {
+    /// The tool is also somewhere else in the axes of this plane.
+    fn and_unknown(self, plane: u8) -> Self {
+        let before = match self {
+            Self::AsProgrammed => [false; 3],
+            Self::Beside(_, plane) => axes_of(Some(plane)),
+            Self::Unknown(elsewhere) => elsewhere,
+        };
+        let now = axes_of(Some(plane));
+        Self::Unknown(std::array::from_fn(|axis| before[axis] || now[axis]))
+    }
+}
+
 /// Gives motions under compensation the path of the tool.
 #[derive(Debug)]
 pub(super) struct RadiusPath {
@@ -132,7 +145,8 @@ impl RadiusPath {
                 }
             }
             Standing::Unknown(mut elsewhere) => {
-                if is_followed {
+                // An increment counts from the place that is not known.
+                if is_followed && !motion.incremental {
                     let words = batch.blocks().get(motion.block as usize).map(|block| batch.words(block));
                     for word in words.unwrap_or_default() {
                         if let Some(axis) = LINEAR.iter().position(|address| *address == word.address) {
@@ -169,7 +183,7 @@ impl RadiusPath {
                     self.lose(placed);
                 }
             }
-            // It was switched on again in another way.
+            // Its radius is not certain any more.
             None if self.under_way.is_some() => self.lose(placed),
             // After it the interpreter does not know the place.
             None => self.done.push(*placed),
@@ -181,7 +195,7 @@ impl RadiusPath {
         let (mut motion, position) = *placed;
         if let Some(way) = &mut self.under_way {
             way.is_lost = true;
-            self.standing = Standing::Unknown(axes_of(Some(way.plane)));
+            self.standing = self.standing.and_unknown(way.plane);
         }
         motion.unfollowable.get_or_insert(Unfollowable::CutterCompensation);
         for (held, _) in &mut self.held {
@@ -257,11 +271,13 @@ impl RadiusPath {
         if piece.circle.is_some() || long_mm <= way.beside_mm.abs() {
             return None;
         }
-        match std::mem::replace(&mut self.standing, Standing::AsProgrammed) {
-            Standing::AsProgrammed => Some(piece.start_mm),
-            Standing::Beside(at_mm, plane) if plane == way.plane => Some(at_mm),
-            Standing::Beside(..) | Standing::Unknown(_) => None,
-        }
+        let from_mm = match self.standing {
+            Standing::AsProgrammed => piece.start_mm,
+            Standing::Beside(at_mm, plane) if plane == way.plane => at_mm,
+            Standing::Beside(..) | Standing::Unknown(_) => return None,
+        };
+        self.standing = Standing::AsProgrammed;
+        Some(from_mm)
     }
 
     /// The corner between the last piece and the next one: the motions held back end there. Gives the place where the

@@ -84,7 +84,7 @@ pub fn write_out<W: Write, S: ProgramSource>(
 
 /// The reasons why a block cannot be written out, each with its cure.
 mod reasons {
-    pub(super) const CALL: &str = "this call is not followed: its file is missing, two files fit it, or the files are longer than 4 MiB together; send its file, or send the program without flatten";
+    pub(super) const CALL: &str = "this call is not followed: its file is missing, two files fit it, its number or its count is larger than is followed, or the files are longer than 4 MiB together; send its file, or send the program without flatten";
     pub(super) const VALUE: &str =
         "it uses a value that the text does not fix; write a number, or send the program without flatten";
     pub(super) const SYSTEM: &str =
