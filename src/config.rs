@@ -142,10 +142,10 @@ settings! {
     max_deliveries_per_receiver: usize = 2, "TRUNNION_MAX_DELIVERIES_PER_RECEIVER";
     /// Most open connections; further connections are closed at once
     max_connections: usize = 1024, "TRUNNION_MAX_CONNECTIONS";
-    /// Most bytes of all uploads and results that are not stored yet (bytes)
+    /// Most bytes of all uploads and results that are not stored yet, and of long tables of poses (bytes)
     max_spool_bytes: u64 = 16 << 30, "TRUNNION_MAX_SPOOL_BYTES";
     /// Part of what other callers leave that one key (without keys: one address) may hold: queued jobs, computations,
-    /// event streams, bytes of uploads and results that are not stored yet, and (by address) connections
+    /// event streams, bytes of uploads, results and long tables of poses under way, and (by address) connections
     max_share_per_caller: f64 = 0.75, "TRUNNION_MAX_SHARE_PER_CALLER";
     /// Largest file or table that one request makes (bytes)
     max_result_bytes: u64 = 4 << 30, "TRUNNION_MAX_RESULT_BYTES";

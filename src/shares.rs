@@ -76,7 +76,7 @@ pub enum Quota {
     Computations,
     /// Clients that follow jobs.
     EventStreams,
-    /// Bytes of uploads and results that are not stored yet.
+    /// Bytes of uploads and results that are not stored yet, and of long tables of poses.
     SpoolBytes,
     /// Open connections.
     Connections,
@@ -92,7 +92,7 @@ impl Quota {
             Self::QueuedJobs => "queued jobs",
             Self::Computations => "computations that run or wait",
             Self::EventStreams => "event streams",
-            Self::SpoolBytes => "bytes of uploads and results that are not stored yet",
+            Self::SpoolBytes => "bytes of uploads, results and long tables of poses under way",
             Self::Connections => "connections",
             Self::MemoryBytes => "bytes of memory",
         }
@@ -116,7 +116,7 @@ impl Quota {
             Self::QueuedJobs => "wait until some of them have started, or cancel some",
             Self::Computations => "send fewer requests at once",
             Self::EventStreams | Self::Connections => "close some of them",
-            Self::SpoolBytes => "send fewer or smaller programs at once",
+            Self::SpoolBytes => "send fewer or smaller programs or tables at once",
             Self::MemoryBytes => "send fewer or smaller requests at once",
         }
     }

@@ -120,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_have_the_bytes_of_the_library() {
+    fn times_have_six_decimals_and_the_shape_of_the_library() {
         let printed = |time: &str| {
             let mut text = String::new();
             print(time.parse().expect("a time"), &mut text).expect("text");

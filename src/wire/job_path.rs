@@ -74,24 +74,26 @@ pub fn tools_of_report(report: &str) -> Vec<(String, i64)> {
     tools
 }
 
+/// What a request states about its program, whatever its operation.
+const STATEMENTS: [&str; 10] = [
+    "interpolation",
+    "unit",
+    "work_offset_mm",
+    "work_offsets_mm",
+    "radius_offsets_mm",
+    "tool_length_mm",
+    "tool_number",
+    "start",
+    "feed_mm_per_min",
+    "dialect",
+];
+
 impl InterpretationParameters {
     /// What the parameters of a job, whatever its operation, state about its program.
     ///
     /// # Errors
     /// A member is not what every operation takes.
     pub fn of_job(parameters: &Value) -> Result<Self, serde_json::Error> {
-        const STATEMENTS: [&str; 10] = [
-            "interpolation",
-            "unit",
-            "work_offset_mm",
-            "work_offsets_mm",
-            "radius_offsets_mm",
-            "tool_length_mm",
-            "tool_number",
-            "start",
-            "feed_mm_per_min",
-            "dialect",
-        ];
         let stated = |name: &str| parameters.get(name).map(|value| (name.to_owned(), value.clone()));
         serde_json::from_value(Value::Object(STATEMENTS.into_iter().filter_map(stated).collect()))
     }
@@ -359,6 +361,18 @@ mod tests {
         let mut path = JobPath::new(ErrorsByLine::default(), 100_000);
         path.add(&helix);
         assert_eq!(path.poses.len(), 20_000);
+    }
+
+    #[test]
+    fn the_statements_are_all_parameters_of_an_interpretation() {
+        let schema =
+            serde_json::to_value(<InterpretationParameters as utoipa::PartialSchema>::schema()).unwrap();
+        let mut named: Vec<_> =
+            schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+        let mut stated = STATEMENTS;
+        named.sort_unstable();
+        stated.sort_unstable();
+        assert_eq!(named, stated);
     }
 
     #[test]

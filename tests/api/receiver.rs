@@ -123,7 +123,6 @@ impl Receiver {
     }
 }
 
-/// One connection with one request.
 /// How a client of TLS begins.
 const TLS_HANDSHAKE: [u8; 2] = [22, 3];
 

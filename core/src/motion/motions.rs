@@ -1,6 +1,6 @@
 //! One motion, in the form that the compensator takes.
 
-use super::radius_offsets::RadiusRule;
+use super::radius::RadiusRule;
 use super::{AxisWords, CalledTool, ContactWords, Decimals, Extra, Feed, Unfollowable, WorkOffset};
 use crate::geometry::PlaneFrame;
 use crate::program::PlaceInFile;

@@ -31,11 +31,11 @@ impl Interpreter {
         }
         let is_work_offset = table.map(|l| [2.0, 20.0].iter().any(|offsets| (l - offsets).abs() < 0.5));
         self.modal.writes_radii |= is_work_offset != Some(true);
-        if is_work_offset != Some(false) {
-            self.shift_offsets();
-        } else {
+        if is_work_offset == Some(false) {
             self.position.forget_linear();
             self.modal.writes_lengths = true;
+        } else {
+            self.shift_offsets();
         }
     }
 

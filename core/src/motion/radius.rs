@@ -1,6 +1,13 @@
 //! What is known of the compensation of the cutter's radius.
 
-use super::radius_offsets::RadiusRule;
+/// How a control leads the tool into a compensated path, around its corners and out of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RadiusRule {
+    /// As `LinuxCNC` does.
+    Rs274,
+    /// It is not known which control runs the program. Only what controls do alike is certain.
+    Common,
+}
 
 /// What is known of the compensation besides its state, and of arcs.
 #[derive(Debug, Clone, Copy, PartialEq)]

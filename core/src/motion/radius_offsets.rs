@@ -33,15 +33,6 @@ pub struct RadiusOffsets {
     pub by_register_mm: BTreeMap<RadiusRegister, f64>,
 }
 
-/// How a control leads the tool into a compensated path, around its corners and out of it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RadiusRule {
-    /// As `LinuxCNC` does.
-    Rs274,
-    /// It is not known which control runs the program. Only what controls do alike is certain.
-    Common,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -82,11 +82,13 @@ pub(super) async fn solve_inverse_kinematics(
     will_take(working_bytes);
     let most = app.settings.max_result_bytes;
     let print = move |threads: &dyn SideBySide, stop: &Stop<'_>, printed: &mut Printed<usize>| {
-        let columns = match poses.in_memory() {
-            Ok(columns) if !is_path_table => columns,
-            Ok(columns) => return path_table(&task, columns.into(), limits, most, threads, stop, printed),
-            Err(in_file) => return path_table(&task, *in_file, limits, most, threads, stop, printed),
-        };
+        if is_path_table {
+            return path_table(&task, poses, limits, most, threads, stop, printed);
+        }
+        // Only the poses of such a table wait in a file.
+        let columns = poses.in_memory().map_err(|_in_file| {
+            Problem::internal(&"poses of an answer that is made in memory wait in a file")
+        })?;
         let InverseAnswer { solutions, warnings } = task.solve(columns, limits, stop)?;
         if csv {
             return rows(task.machine(), &solutions, warnings.len(), most, threads, printed);

@@ -102,6 +102,11 @@ mod tests {
     }
 
     #[test]
+    fn titles_can_be_told_apart_in_a_list() {
+        assert!(ProblemType::ALL.iter().all(|kind| !kind.title().contains(';')));
+    }
+
+    #[test]
     fn an_operation_names_one_refusal_of_a_request() {
         let mut listed = serde_json::to_value(responses_of_operation(&OF_REQUESTS)).unwrap();
         let responses = listed.as_object_mut().unwrap();

@@ -72,7 +72,8 @@ fn golden(name: &str, text: &str) {
     assert!(committed == text, "openapi/{name} is not up to date; write it anew with BLESS=1");
 }
 
-/// Most of the committed file, which is served as it is \[bytes\].
+/// Most of the committed file, which is served as it is: a browser on a slow line shows it within a second \[bytes\]. A
+/// member that does not fit needs a text or a part that others share (`parts.rs`, `shared.rs`).
 const MOST: usize = 350_000;
 
 #[test]
