@@ -233,24 +233,33 @@ impl Posting<'_> {
             }
         };
         let keep = if last { 0 } else { OVERLAP.min(self.window.len() / 2) };
-        let kept = self.window.split_off(self.window.len() - keep);
-        let items = std::mem::replace(&mut self.window, kept);
+        let settled = self.window.len() - keep;
+        // The window keeps its memory.
+        let mut items = std::mem::take(&mut self.window);
+        let done = self.write_all(items.get(..settled).unwrap_or_default(), &path, output);
+        items.drain(..settled);
+        self.window = items;
+        done
+    }
+
+    /// Writes these items: the points in the positions of the path.
+    fn write_all(&mut self, items: &[Item], path: &Path, output: &mut dyn Write) -> Result<(), Fault> {
         let mut warnings = path.warnings.iter().peekable();
         let mut index = 0;
         for item in items {
             let point = match item {
                 Item::Note(note) => {
-                    self.out.extend_from_slice(&note);
+                    self.out.extend_from_slice(note);
                     self.out.push(b'\n');
                     continue;
                 }
                 Item::Words(words) => {
-                    self.read_back.await_words(&words);
-                    self.writer.line(&words, &mut self.out);
+                    self.read_back.await_words(words);
+                    self.writer.line(words, &mut self.out);
                     continue;
                 }
                 Item::ToolChange { number, length_number, line } => {
-                    self.change_tool(number, length_number, line);
+                    self.change_tool(*number, *length_number, *line);
                     continue;
                 }
                 Item::ClPoint(point) => point,
@@ -271,7 +280,7 @@ impl Posting<'_> {
             index += 1;
             let axes = self.machine.rotary_axes();
             let rotary_deg = [0, 1].map(|k: usize| axes[k].word_deg(joints.rotary_rad[k]));
-            self.write(&point, rotary_deg, residual_rad);
+            self.write(point, rotary_deg, residual_rad);
             if self.out.len() > FLUSH_BYTES {
                 self.flush(output)?;
             }
