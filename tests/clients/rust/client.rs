@@ -74,9 +74,9 @@ async fn main() {
     let (radius, offset) = (Some(5.0), Some(vec![12.0, -7.0, 35.0]));
     let answered = compensate_cc_path(
         &client, MACHINE, program.clone(),
-        None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None,
-        None, None, None, None, None, None, None, None, None, None, None, None, None, radius, None, offset, None,
-        None, None, None, None, None, None, None, None, None,
+        None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None,
+        None, None, None, None, None, None, None, None, None, None, None, None, None, None, None, None,
+        radius, None, offset, None, None, None, None, None, None, None, None, None, None,
     );
     let answered = answered.await.unwrap().content;
     assert!(answered.lines().count() > std::fs::read_to_string(&program).unwrap().lines().count());
