@@ -64,7 +64,7 @@ impl ProgramParameters for CcParameters {
                 threads,
                 stop,
             )?;
-            findings.warnings.extend(flat.as_ref().map(Flattened::warning));
+            findings.warnings.extend(flat.iter().flat_map(Flattened::warnings));
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let leaving = Leaving { output, resolved: resolve(&reading)?, dialect, steps };
             let motions_checked = Some(findings.motions_checked);

@@ -54,16 +54,18 @@ impl Flattened {
     }
 
     /// What the caller should know of it.
-    pub(super) fn warning(&self) -> Warning {
-        Warning::from(&process::Warning {
-            kind: WarningKind::WrittenOut,
-            count: self.done.assignments,
-            line: self.done.first_assignment,
-            worst_line: None,
-            max_distance_mm: None,
-            min_time_s: None,
-            reason: None,
-        })
+    pub(super) fn warnings(&self) -> impl Iterator<Item = Warning> {
+        let warning = |kind, count, line| {
+            let (worst_line, max_distance_mm, min_time_s, reason) = (None, None, None, None);
+            process::Warning { kind, count, line, worst_line, max_distance_mm, min_time_s, reason }
+        };
+        let WrittenOut { assignments, first_assignment, files_never_called, .. } = self.done;
+        let idle = warning(WarningKind::FileNotCalled, files_never_called, None);
+        let written_out = warning(WarningKind::WrittenOut, assignments, first_assignment);
+        [Some(written_out), (files_never_called > 0).then_some(idle)]
+            .into_iter()
+            .flatten()
+            .map(|warning| Warning::from(&warning))
     }
 }
 

@@ -111,7 +111,7 @@ impl ProgramParameters for CompensationParameters {
             .map_err(|fault| at_its_step(fault, &self))?;
             let changes = written(changes.into_inner().map_err(CompensatorFault::Io)?)?;
             let mut findings = findings(&self, changes.sha256(), &done);
-            findings.warnings.extend(flat.as_ref().map(Flattened::warning));
+            findings.warnings.extend(flat.iter().flat_map(Flattened::warnings));
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let (dialect, steps) = (done.dialect, done.steps);
             let leaving = Leaving { output, resolved: resolve(&done.reading)?, dialect, steps };

@@ -59,7 +59,7 @@ impl ProgramParameters for WearParameters {
             );
             let moved = moved.map_err(in_words_of_the_wire)?;
             let mut findings = findings(&self, &moved);
-            findings.warnings.extend(flat.as_ref().map(Flattened::warning));
+            findings.warnings.extend(flat.iter().flat_map(Flattened::warnings));
             meter::PROGRAM_BLOCKS.add(findings.blocks_in);
             let (dialect, steps) = (moved.dialect, moved.steps);
             let leaving = Leaving { output, resolved: resolve(&moved.reading)?, dialect, steps };

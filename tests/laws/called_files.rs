@@ -11,7 +11,9 @@ use std::ops::ControlFlow;
 
 use trunnion::kinematics::Setup;
 use trunnion::machine::{Machine, Preset};
-use trunnion::process::{Fault, Interpreted, OpenSubprogram, ProgramSetup, ProgramSource, interpret_program};
+use trunnion::process::{
+    Fault, Interpreted, OpenSubprogram, ProgramSetup, ProgramSource, WarningKind, interpret_program,
+};
 use trunnion::program::Dialect;
 
 /// A main program, and the files that it may call with their names.
@@ -251,4 +253,34 @@ fn a_call_costs_no_more_for_many_variables() {
     let refused =
         understood(Dialect::Siemens, &Several { main: &main, files: &files }).expect_err("too long");
     assert!(refused.to_string().contains("250000 blocks"), "{refused}");
+}
+
+/// How many files the warning about files that no call reaches counts.
+fn idle(main: &str, files: &[(&str, &str)]) -> Option<u64> {
+    let machine = Machine::new(Preset::by_id("ac-table").unwrap().parts()).unwrap();
+    let program = ProgramSetup { dialect: Some(Dialect::Iso), ..ProgramSetup::in_mm(&Setup::default()) };
+    let mut take = |_: &Interpreted| Ok(());
+    let go_on = || ControlFlow::Continue(());
+    let told = interpret_program(&machine, &program, &Several { main, files }, &mut take, &go_on);
+    let warnings = told.unwrap().warnings;
+    warnings.iter().find(|warning| warning.kind == WarningKind::FileNotCalled).map(|warning| warning.count)
+}
+
+#[test]
+fn files_that_no_call_reaches_are_counted() {
+    let files = &[("O2.nc", "O2\nX1\nM99\n"), ("O3.nc", "O3\nM98 P2\nM99\n"), ("O4.nc", "O4\nX3\nM99\n")];
+    let start = "G21 G90 G54\nG0 X0 Y0 Z5 A0 C0\n";
+    for (calls, wanted) in [
+        ("", Some(3)),
+        ("M98 P2\n", Some(2)),
+        // A called file calls another one.
+        ("M98 P3\n", Some(1)),
+        ("M98 P3\nM98 P4\n", None),
+        // The name of no file, and a call after the end.
+        ("M98 P7\n", Some(3)),
+        ("M98 P3\nM30\nM98 P4\n", Some(1)),
+    ] {
+        assert_eq!(idle(&format!("{start}{calls}M30\n"), files), wanted, "{calls}");
+    }
+    assert_eq!(idle(&format!("{start}M30\n"), &[]), None);
 }

@@ -75,7 +75,18 @@ fn words_get_numbers_and_the_text_before_the_first_loop_stays_as_it_is() {
         &Several { main: "G0 X0\no1 repeat [3]\n#1=[#1+1]\nG91 X1\no1 endrepeat\n", files: &[] },
     );
     let (told, _) = told.unwrap().unwrap();
-    assert_eq!(told, WrittenOut { dialect: Dialect::Iso, assignments: 3, first_assignment: Some(3) });
+    assert_eq!(
+        told,
+        WrittenOut {
+            dialect: Dialect::Iso,
+            assignments: 3,
+            first_assignment: Some(3),
+            files_never_called: 0
+        }
+    );
+    let files = &[("O2.nc", "O2\nX1\nM99\n"), ("O3.nc", "O3\nX2\nM99\n"), ("O4.nc", "O4\nX3\nM99\n")];
+    let (told, _) = written(Dialect::Iso, &Several { main: "G0 X0\nM98 P3\nM30\n", files }).unwrap().unwrap();
+    assert_eq!(told.files_never_called, 2);
 }
 
 #[test]

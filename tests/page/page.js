@@ -64,6 +64,16 @@ const colours = (page, place) =>
     return found.size;
   });
 
+/** Waits until a picture has more than so many colours: a scene is drawn some time after its place is there. */
+const drawn = async (page, place, least, fault) => {
+  let found = 0;
+  for (let look = 0; look < 120 && found <= least; look += 1) {
+    if (look > 0) await page.waitForTimeout(250);
+    found = await colours(page, place);
+  }
+  assert.ok(found > least, `${fault}: ${found} colours`);
+};
+
 const browser = await launch(executable);
 
 /** Fills in the form for the blade and starts; the result is in sight. */
@@ -105,8 +115,8 @@ const flows = {
     assert.equal(await page.locator(".codeline.worst .text").first().innerText(), line);
     // The line is marked in both programs, when both were read.
     await page.waitForFunction(() => document.querySelectorAll(".codeline.focus").length >= 3);
-    assert.ok((await colours(page, ".canvas canvas")) > 40, "the tool path is not drawn");
-    assert.ok((await colours(page, ".chart canvas")) > 5, "the chart is not drawn");
+    await drawn(page, ".canvas canvas", 40, "the tool path is not drawn");
+    await drawn(page, ".chart canvas", 5, "the chart is not drawn");
     // The slider moves the machine, and the program follows.
     const before = await page.locator(".readout").innerText();
     await page.locator(".scrub input").focus();
@@ -155,7 +165,7 @@ const flows = {
     await page.goto(`${DEMO}/#/machines/${MACHINE}`);
     await page.waitForSelector(".stage canvas");
     await page.waitForTimeout(500);
-    assert.ok((await colours(page, ".stage canvas")) > 20, "the machine is not drawn");
+    await drawn(page, ".stage canvas", 20, "the machine is not drawn");
     const machine = await get(DEMO, `/v1/machines/${MACHINE}`);
     for (const axis of machine.kinematics.rotary_axes)
       await same(page, `[data-axis="${axis.name}"] td:nth-of-type(6)`, axis.location_error.e_y_um);
@@ -221,12 +231,12 @@ const flows = {
       // The path comes from the service, whoever posted the job; the residuals are on the part.
       if (operation.endsWith("compensation")) {
         await page.waitForSelector(".readout", { timeout: 30_000 });
-        assert.ok((await colours(page, ".canvas canvas")) > 40, "the tool path is not drawn");
+        await drawn(page, ".canvas canvas", 40, "the tool path is not drawn");
       }
       if (operation === "verification") {
         await page.waitForSelector(".stage canvas");
         await page.waitForTimeout(500);
-        assert.ok((await colours(page, ".stage canvas")) > 40, "the residuals are not drawn");
+        await drawn(page, ".stage canvas", 40, "the residuals are not drawn");
       }
       await check(page, operation);
       await picture(page, `job-${operation}`);
@@ -395,7 +405,7 @@ const flows = {
     assert.ok((await page.locator(".advice").innerText()).includes(advice.min_tool_radius_mm.toFixed(3)));
     await page.waitForSelector(".stage canvas");
     await page.waitForTimeout(500);
-    assert.ok((await colours(page, ".stage canvas")) > 40, "the residuals are not drawn");
+    await drawn(page, ".stage canvas", 40, "the residuals are not drawn");
     await check(page, "wear");
     await gallery(page, "wear");
     await picture(page, "wear");

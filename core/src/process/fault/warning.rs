@@ -78,6 +78,8 @@ pub enum WarningKind {
     ControlCalibrated,
     /// Loops and calls were written out, and assignments were left out.
     WrittenOut,
+    /// Files beside the main program that no call reaches.
+    FileNotCalled,
 }
 
 impl WarningKind {
@@ -118,6 +120,7 @@ impl WarningKind {
             Self::HeldAtPole => "pole_hold",
             Self::ControlCalibrated => "control_calibrated",
             Self::WrittenOut => "written_out",
+            Self::FileNotCalled => "file_not_called",
         }
     }
 
@@ -224,6 +227,9 @@ impl WarningKind {
             }
             Self::WrittenOut => {
                 "loops and calls were written out, and the report counts the lines of the written-out program. The assignments of parameters and variables that are counted here are left out; the line is that of the first one in the program that was sent. A program that reads these parameters later finds their old values"
+            }
+            Self::FileNotCalled => {
+                "so many of the files that were sent with the program are called by no block that runs. Compare their names with the calls, and the main program with the one that was meant"
             }
             Self::NoContactKept => {
                 "no contact was found in the program; tips move by the length difference only"

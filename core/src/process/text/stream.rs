@@ -101,6 +101,8 @@ pub(in crate::process) struct Passages<'a> {
     /// `None` if motions with vectors get their words elsewhere.
     vectors: Option<ToolVectors>,
     keeps_positions: bool,
+    /// The course changes in a way that is not followed, because the texts are too long.
+    is_too_long: bool,
     /// The path of the tool under radius compensation, if the program is followed as it runs.
     radius: Option<RadiusPath>,
     /// Surveys the text while it is read, if it was not surveyed before.
@@ -136,6 +138,7 @@ impl<'a> Passages<'a> {
             interpreter: Interpreter::new(machine, program.options()),
             vectors: Some(ToolVectors::new(machine, program)),
             keeps_positions: false,
+            is_too_long: false,
             radius: None,
             surveyor: None,
             ahead: VecDeque::new(),
@@ -344,6 +347,7 @@ impl<'a> Passages<'a> {
         if self.run.is_some() {
             passage.batch.end_before(block);
         } else {
+            self.is_too_long = true;
             self.interpret(passage, Some(block));
         }
         Ok(())
@@ -403,10 +407,30 @@ impl<'a> Passages<'a> {
             let mut cursors = self.first_lines.clone();
             warnings.add(WarningKind::CutterDiffers, Some(to_upload(&mut cursors, line))).count = count;
         }
+        let idle_files = self.files_never_called();
+        if idle_files > 0 {
+            warnings.add(WarningKind::FileNotCalled, None).count = idle_files;
+        }
         let without_point = self.interpreter.words_without_point();
         if without_point > 0 {
             warnings.add(WarningKind::WordsWithoutPoint, None).count = without_point;
         }
+    }
+
+    /// How many files beside the main program no call has reached, if the program was followed as it runs.
+    pub(in crate::process) fn files_never_called(&self) -> u64 {
+        let count = match &self.run {
+            Some(run) => run.files_never_called(),
+            None if self.radius.is_some() && !self.is_too_long => {
+                let mut sent = 0;
+                while matches!(self.source.open_subprogram(sent), Ok(Some(_))) {
+                    sent += 1;
+                }
+                sent
+            }
+            None => 0,
+        };
+        count as u64
     }
 
     /// Number of blocks after the program's end, and the line of the end in the upload.

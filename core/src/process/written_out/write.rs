@@ -27,6 +27,8 @@ pub struct WrittenOut {
     pub assignments: u64,
     /// The line of the first of them in the program.
     pub first_assignment: Option<u64>,
+    /// Files beside the main program that no call reaches.
+    pub files_never_called: u64,
 }
 
 /// Writes the loops and calls of a program out: `out` gets one text whose blocks run one after the other. Up to the
@@ -53,7 +55,12 @@ pub fn write_out<W: Write, S: ProgramSource>(
         own: OwnNames::default(),
         tail: Tail::default(),
         refusals: Diagnostics::new(),
-        done: WrittenOut { dialect: Dialect::Iso, assignments: 0, first_assignment: None },
+        done: WrittenOut {
+            dialect: Dialect::Iso,
+            assignments: 0,
+            first_assignment: None,
+            files_never_called: 0,
+        },
         has_cycle: false,
     };
     let mut runs = false;
@@ -67,7 +74,7 @@ pub fn write_out<W: Write, S: ProgramSource>(
         passages.recycle(passage);
     }
     let Writer { mut out, dialect, tail, refusals, done, .. } = writer;
-    let done = WrittenOut { dialect, ..done };
+    let done = WrittenOut { dialect, files_never_called: passages.files_never_called(), ..done };
     // After a call without its file, nothing decides a later loop. So this comes first.
     if refusals.refusals().next().is_some() {
         return Err(Fault::Program(Box::new(refusals)));

@@ -65,6 +65,7 @@ impl ProgramRun {
         let line = self.line();
         self.callers.push(Caller { back, begin, file: self.file, line, again, own, repetitions });
         self.file = file;
+        self.called.insert(file);
         Course::GoOn(begin)
     }
 

@@ -75,6 +75,11 @@ impl Files {
         self.extents.get(file)?.name.as_ref()
     }
 
+    /// How many files there are, the main program included.
+    pub(super) fn count(&self) -> usize {
+        self.extents.len()
+    }
+
     /// The first block of every file.
     pub(super) fn starts(&self) -> Vec<usize> {
         self.extents.iter().map(|extent| extent.blocks.start).collect()

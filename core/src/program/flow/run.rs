@@ -1,7 +1,7 @@
 //! Runs a program: one run of blocks after the other, until a statement changes the course.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZeroU16;
 
 use super::files::{Files, SubprogramFile};
@@ -87,6 +87,8 @@ pub struct ProgramRun {
     pub(super) callers: Vec<Caller>,
     /// How often repetitions still have to run, by the index of their turn.
     pub(super) repetitions: BTreeMap<usize, u64>,
+    /// The files that were called so far.
+    pub(super) called: BTreeSet<usize>,
     steps: u64,
     has_ended: bool,
 }
@@ -121,11 +123,18 @@ impl ProgramRun {
             at: 0,
             callers: Vec::new(),
             repetitions: BTreeMap::new(),
+            called: BTreeSet::new(),
             steps: 0,
             has_ended: false,
         };
         run.pass_to(from);
         run
+    }
+
+    /// How many of the files beside the main program no call has reached so far.
+    #[must_use]
+    pub fn files_never_called(&self) -> usize {
+        (1..self.files.count()).filter(|file| !self.called.contains(file)).count()
     }
 
     /// Evaluates the blocks of the main program before this byte.
