@@ -190,6 +190,8 @@ fn where_no_length_is_in_force_a_word_z_does_not_place_the_tip() {
     assert_eq!(group("SUPA Z0 D0\nG0 X5\nG0 Z50", Dialect::Siemens), unknown);
     assert_eq!(group("G49\nG53 Z0\nG0 X5\nG0 Z50", Dialect::Iso), unknown);
     assert_eq!(group("G43 H0\nG0 X5\nG0 Z50", Dialect::Iso), unknown);
+    let text = "G90 G21 G15 H1\nG0 X1 Y2 Z3 A0 C0\nG56 H1 Z50\nG53\nG0 X5\nG0 Z40\nM2\n";
+    assert_eq!(reasons(&machine(Some(false)), Dialect::Okuma, text), unknown);
     // A program without lengths runs in a work offset of its tool's tip.
     let text = "G21 G90 G54 G49\nT1 M6\nG0 X1 Y2 Z3 A0 C0\nG53 Z0\nG0 Z50\nM30\n";
     assert_eq!(followed(&machine(Some(false)), Dialect::Iso, text)[2].tip_mm, Some([1.0, 2.0, 50.0]));

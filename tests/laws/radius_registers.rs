@@ -118,7 +118,7 @@ proptest! {
 }
 
 /// Blocks of which controls make different motions, or none. Line 2 of the program is their first.
-const LEFT_ALONE: [&str; 26] = [
+const LEFT_ALONE: [&str; 32] = [
     // No radius is stated for the register, and none is named.
     "G1 G41 D5 X20 F100\nY20\nG40 X0\n",
     "G1 G41 X20 F100\nY20\nG40 X0\n",
@@ -151,6 +151,14 @@ const LEFT_ALONE: [&str; 26] = [
     "G1 G41 D4 X20 F100\nY20\nD6\nX0\nG40 Y0\n",
     "G1 G41 D6 X20 F100\nY20\nX0 D9\nG40 Y0\n",
     "G43 H3 Z5\nG1 G41 D4 X20 F100\nY20\nX0 H3\nG40 Y0\n",
+    // A motion over no distance, to a place that the block names or not.
+    "G1 G41 D4 X20 F100\nY20\nX20\nX0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nZ5\nX0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nX20 Y20 Z2\nX0\nG40 Y0\n",
+    // An arc around a corner, and codes that move by offsets.
+    "G1 G41 D4 X20 F100\nY20\nG39\nX0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nG39 I1 J0\nX0\nG40 Y0\n",
+    "G1 G41 D4 X20 F100\nY20\nG45\nX0\nG40 Y0\n",
     // A stop, and a shift of all zeros, by nothing.
     "G1 G41 D4 X20 F100\nY20\nM0\nX0\nG40 Y0\n",
     "G1 G41 D4 X20 F100\nY20\nM1\nX0\nG40 Y0\n",
@@ -240,5 +248,34 @@ fn an_axis_stays_unknown_until_the_program_names_it() {
         let found = understood(&[("D4", 2.0)], false, &format!("{START}{lost}{blocks}"));
         let Some(Interpreted::Motion(last)) = found.last() else { panic!("{blocks}{found:?}") };
         assert_eq!(last.joints[..3], wanted, "{blocks}");
+    }
+}
+
+/// A piece that the cutter cannot enter: some controls stop before the motion before it, others end that elsewhere.
+#[test]
+fn the_motion_before_a_piece_that_is_too_short_is_not_certain() {
+    let text = format!("{START}G1 G41 D4 X20 F100\nY20\nX19.9 Y20.05\nX0\nG40 Y0\n");
+    for is_rs274 in [true, false] {
+        let found = understood(&[("D4", 2.0)], is_rs274, &text);
+        let left: Vec<_> = found
+            .iter()
+            .filter_map(|told| match told {
+                Interpreted::LeftAlone { line, .. } => Some(*line),
+                Interpreted::Motion(_) => None,
+            })
+            .collect();
+        assert_eq!(left[..3], [3, 4, 5], "{is_rs274} {found:?}");
+    }
+}
+
+#[test]
+fn a_cycle_at_a_place_that_is_not_known_is_left_alone() {
+    let lost = "G1 G41 D4 X20 F100\nY20\nX40\nG40 Y60\n";
+    for cycle in ["G98 G81 Y5 Z-3 R2 F100\n", "G99 G81 X1 Y5 Z-3 R2 F100\n", "G28 Z9\n"] {
+        let found = understood(&[("D4", 2.0)], false, &format!("{START}{lost}{cycle}G80\nG0 X1 Y2\n"));
+        let of_cycle = |told: &&Interpreted| matches!(told, Interpreted::Motion(motion) if motion.line == 6);
+        assert_eq!(found.iter().filter(of_cycle).count(), 0, "{cycle}{found:?}");
+        let Some(Interpreted::Motion(last)) = found.last() else { panic!("{cycle}{found:?}") };
+        assert_eq!(last.joints[..3], [Some(1.0), Some(2.0), None], "{cycle}");
     }
 }

@@ -16,6 +16,8 @@ const INCREMENTAL_CENTRES: Code = Code::G(911);
 const STOPS: [Code; 2] = [Code::M(0), Code::M(10)];
 /// G52.
 const LOCAL_ZERO: Code = Code::G(520);
+/// G39 makes an arc around a corner, and G45 to G48 move by offsets.
+const BY_OFFSETS: [Code; 5] = [Code::G(390), Code::G(450), Code::G(460), Code::G(470), Code::G(480)];
 
 impl Interpreter {
     /// G40, G41, G42 and similar codes. Compensation that is on already cannot be switched on by another radius.
@@ -68,7 +70,8 @@ impl Interpreter {
         let interrupts = self.modal.radius.rule == RadiusRule::Common
             && (self.block.m_codes().iter().any(|code| STOPS.contains(code))
                 || self.block.g_codes().contains(&LOCAL_ZERO));
-        if names_register || interrupts {
+        let moves_by_offsets = self.block.g_codes().iter().any(|code| BY_OFFSETS.contains(code));
+        if names_register || interrupts || moves_by_offsets {
             self.modal.radius.beside_mm = None;
         }
     }

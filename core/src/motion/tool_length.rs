@@ -75,6 +75,7 @@ impl Interpreter {
     /// along X or Y the tool points along that axis.
     pub(super) fn take_length_along(&mut self, axis: Option<u8>) {
         self.transform(Transformation::ToolAxis, axis.is_some_and(|axis| usize::from(axis) != Z));
+        self.modal.has_no_length = axis.is_none();
         if axis.is_none() {
             self.modal.length_number = None;
         }

@@ -96,7 +96,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         52 => Motion(Spline),
         50 | 51 | 60 | 61 | 62 => MotionWithAxes(Spline),
         // Among them is the sense of I J K (G90.1). No end depends on it.
-        53 | 80 | 81 | 250 | 260 | 390 | 630 | 901 | 911 | 960 | 970 | 1030 | 1870 => Harmless,
+        53 | 80 | 81 | 250 | 260 | 630 | 901 | 911 | 960 | 970 | 1030 | 1870 => Harmless,
         110 | 620 => HarmlessUnlessAxes,
         90 => ExactStopHere,
         610..=612 => ExactStop(true),
@@ -132,7 +132,7 @@ pub(super) fn g_meaning(tenths: u32) -> Meaning {
         490 | 491 => TipControl(ToolLength::Plain),
         434 | 2340 => TipControl(ToolLength::Tcp),
         435 => TipControl(ToolLength::Vector),
-        450..=489 | 600 => MotionWithAxes(Thread),
+        390 | 450..=489 | 600 => MotionWithAxes(Thread),
         500 => EndScaling,
         510 => Transform(Scaling, true),
         501 => MirrorNamed(false),

@@ -8,13 +8,15 @@
 //! Controls other than `LinuxCNC` differ in the way in, in outer corners and in the way out. Of these, only what all do
 //! alike is followed.
 
-use super::radius_way::{UnderWay, axes_of, is_same, missed_mm, names, of_plane, place_of, plane_axes};
+use super::radius_way::{
+    LINEAR, UnderWay, axes_of, is_same, missed_mm, names, of_plane, place_of, plane_axes,
+};
 use crate::geometry::{Corner, PlaneCircle, PlanePiece};
 use crate::motion::{
     ArcCourse, AxisWords, ContactWords, Motion, MotionKind, RadiusCompensation, RadiusRule, Unfollowable,
 };
 use crate::process::arc_path::RADIUS_SLACK_MM;
-use crate::program::{Address, Batch, Code};
+use crate::program::{Batch, Code};
 
 /// Positions of X Y Z \[mm\] and of the rotary axes \[deg\], as far as known.
 type Position = [Option<f64>; 5];
@@ -53,6 +55,10 @@ pub(super) struct RadiusPath {
     standing: Standing,
     /// The motion of the last piece, and the motions after it that do not move in the plane.
     held: Vec<Placed>,
+    /// The motions of the piece before and of the corner after it: as programmed, if they are, and on the path of the tool.
+    /// They are certain once the last piece is known to run forwards. Otherwise some controls stop before them, or end them
+    /// elsewhere.
+    settled: Vec<(Option<Placed>, Placed)>,
     done: Vec<Placed>,
 }
 
@@ -79,16 +85,21 @@ const MORE_SMOOTHED_RAD: f64 = 0.2;
 const SAME_MM: f64 = 2e-6;
 /// G41 and G42.
 const ON: [Code; 2] = [Code::G(410), Code::G(420)];
-const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 
 impl RadiusPath {
     pub(super) fn new() -> Self {
-        Self { under_way: None, standing: Standing::AsProgrammed, held: Vec::new(), done: Vec::new() }
+        Self {
+            under_way: None,
+            standing: Standing::AsProgrammed,
+            held: Vec::new(),
+            settled: Vec::new(),
+            done: Vec::new(),
+        }
     }
 
     /// Whether motions are held back.
     pub(super) fn holds_back(&self) -> bool {
-        !self.held.is_empty()
+        !self.held.is_empty() || !self.settled.is_empty()
     }
 
     /// Replaces the motions of a batch by those that the tool makes. `positions` has one for each motion, or is empty.
@@ -99,10 +110,18 @@ impl RadiusPath {
         }
         // Their own blocks may have been in another batch: then no text is quoted for them.
         self.held.iter_mut().for_each(|(motion, _)| motion.block = 0);
+        for (programmed, made) in &mut self.settled {
+            programmed.iter_mut().chain([made]).for_each(|(motion, _)| motion.block = 0);
+        }
         for (index, motion) in motions.iter().enumerate() {
             let placed = (*motion, positions.get(index).copied().unwrap_or_default());
             match motion.compensation {
-                None => self.leave(batch, &placed),
+                None => {
+                    let mut beside = motions.iter().skip(index.saturating_sub(1)).take(3);
+                    let is_alone =
+                        beside.all(|other| other.line != motion.line || std::ptr::eq(other, motion));
+                    self.leave(batch, &placed, is_alone);
+                }
                 Some(compensation) => self.compensate(batch, &placed, compensation),
             }
         }
@@ -124,10 +143,18 @@ impl RadiusPath {
         }
     }
 
-    /// A motion without compensation.
-    fn leave(&mut self, batch: &Batch, placed: &Placed) {
+    /// A motion without compensation, and whether it is the only one of its block.
+    fn leave(&mut self, batch: &Batch, placed: &Placed, is_alone: bool) {
         let (mut motion, mut position) = *placed;
         self.end(Some((batch, &motion)));
+        if !is_alone && self.standing != Standing::AsProgrammed {
+            // The strokes of a cycle, and the ways through a point, were made from the programmed place.
+            motion.unfollowable.get_or_insert(Unfollowable::CutterCompensation);
+            (motion.start, motion.end, motion.linear_end_mm, motion.vector_start) = (None, None, None, None);
+            self.standing = Standing::Unknown([true; 3]);
+            self.done.push((motion, [None, None, None, position[3], position[4]]));
+            return;
+        }
         let is_followed = motion.unfollowable.is_none() && motion.kind != MotionKind::Opaque;
         match self.standing {
             Standing::AsProgrammed => {}
@@ -174,7 +201,7 @@ impl RadiusPath {
             self.end(None);
         }
         match compensation.beside_mm {
-            Some(beside_mm) if beside_mm.abs() <= 0.0 => self.leave(batch, placed),
+            Some(beside_mm) if beside_mm.abs() <= 0.0 => self.leave(batch, placed, true),
             Some(beside_mm) => {
                 if self.under_way.is_none() {
                     self.under_way = Some(UnderWay::new(&placed.0, compensation, beside_mm));
@@ -198,11 +225,22 @@ impl RadiusPath {
             self.standing = self.standing.and_unknown(way.plane);
         }
         motion.unfollowable.get_or_insert(Unfollowable::CutterCompensation);
-        for (held, _) in &mut self.held {
-            held.unfollowable = Some(Unfollowable::CutterCompensation);
-        }
-        self.done.append(&mut self.held);
+        self.give_up();
         self.done.push((motion, position));
+    }
+
+    /// The motions held back are not followed.
+    fn give_up(&mut self) {
+        let programmed = self.settled.drain(..).filter_map(|(programmed, _)| programmed);
+        for (mut motion, position) in programmed.chain(self.held.drain(..)) {
+            motion.unfollowable = Some(Unfollowable::CutterCompensation);
+            self.done.push((motion, position));
+        }
+    }
+
+    /// The last piece runs forwards, so the motions before it are certain.
+    fn confirm(&mut self) {
+        self.done.extend(self.settled.drain(..).map(|(_, made)| made));
     }
 
     /// Compensation ends after the motions held back, with the next motion if there is one.
@@ -219,14 +257,12 @@ impl RadiusPath {
             .filter(|_| is_certain && (!way.enters || way.rule == RadiusRule::Rs274))
             .filter(|at_mm| self.let_go(&way, &piece, from_mm, *at_mm, false).is_some());
         if let Some(at_mm) = reached {
+            self.confirm();
             self.standing = Standing::Beside(at_mm, way.plane);
             return;
         }
         self.standing = Standing::Unknown(axes_of(Some(way.plane)));
-        for (held, _) in &mut self.held {
-            held.unfollowable = Some(Unfollowable::CutterCompensation);
-        }
-        self.done.append(&mut self.held);
+        self.give_up();
     }
 
     /// One motion of a compensated path; `None` if it is not followed.
@@ -240,7 +276,8 @@ impl RadiusPath {
         }
         if motion.kind != MotionKind::Arc && is_same(ends_mm[0], ends_mm[1]) {
             // There is no way in without a motion in the plane.
-            (way.last.is_some() && self.held.len() < MAX_HELD).then(|| self.held.push(*placed))?;
+            let is_followed = way.last.is_some() && self.held.len() < MAX_HELD && way.passes(batch, motion);
+            is_followed.then(|| self.held.push(*placed))?;
             return Some(());
         }
         let piece = way.piece(batch, motion, compensation)?;
@@ -309,7 +346,7 @@ impl RadiusPath {
                 }
                 around.end = Some(in_plane(start, way.plane, next_start_mm));
                 around.start = Some(in_plane(start, way.plane, last_end_mm));
-                self.done.push((made_of(&around), position_of(around.end)));
+                self.settled.push((None, (made_of(&around), position_of(around.end))));
                 Some(next_start_mm)
             }
         }
@@ -358,14 +395,16 @@ impl RadiusPath {
         if !(is_forwards && is_circle) {
             return None;
         }
-        for (index, (mut motion, _)) in self.held.drain(..).enumerate() {
+        self.confirm();
+        for (index, programmed) in self.held.drain(..).enumerate() {
+            let mut motion = programmed.0;
             let from_mm = if index == 0 { from_mm } else { to_mm };
             motion.start = motion.start.map(|start| in_plane(start, way.plane, from_mm));
             motion.end = motion.end.map(|end| in_plane(end, way.plane, to_mm));
             if let Some(PlaneCircle { centre_mm, is_clockwise }) = piece.circle.filter(|_| index == 0) {
                 motion.arc = ArcCourse::About { centre_mm, is_clockwise };
             }
-            self.done.push((made_of(&motion), position_of(motion.end)));
+            self.settled.push((Some(programmed), (made_of(&motion), position_of(motion.end))));
         }
         Some(())
     }

@@ -4,7 +4,10 @@
 use crate::geometry::{PlaneCircle, PlanePiece, trig};
 use crate::motion::{AxisWords, FeedMode, Interpolation, Motion, MotionKind, RadiusCompensation, RadiusRule};
 use crate::process::arc_path::{ArcModes, ArcPath};
-use crate::program::{Batch, Code};
+use crate::program::{Address, Batch, Code};
+
+/// X Y Z.
+pub(super) const LINEAR: [Address; 3] = [Address::X, Address::Y, Address::Z];
 
 /// A compensated path.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +84,16 @@ impl UnderWay {
             && self.goes_on_to(motion)
             && names(batch, motion, &OFF)
             && next.is_some_and(|next| self.turns_inwards(last, &next).is_some())
+    }
+
+    /// Whether a motion that does not move in the plane lies between two pieces as if it were not there. A motion over no
+    /// distance does not: there, some controls end the piece before it beside its end.
+    pub(super) fn passes(&self, batch: &Batch, motion: &Motion) -> bool {
+        let block = batch.blocks().get(motion.block as usize);
+        let mut words = block.map(|block| batch.words(block)).unwrap_or_default().iter();
+        let named = plane_axes(self.plane).map(|axis| LINEAR[axis]);
+        self.rule == RadiusRule::Rs274
+            || (motion.start != motion.end && !words.any(|word| named.contains(&word.address)))
     }
 
     /// Whether a motion is one of this path: apart from the compensation it is followed, and it turns no rotary axis.
