@@ -75,7 +75,7 @@ def uploaded(parts):
 
 def long_work():
     """Path, content type and body of requests that compute for many seconds."""
-    text = program(3_000_000)
+    text = program(5_000_000)
     for tolerance_um in (10, 3, 1):
         # A finer tolerance divides more blocks: another stretch of the work each time.
         yield f"cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35&tolerance_um={tolerance_um}", "text/plain", text
