@@ -75,8 +75,8 @@ def uploaded(parts):
 
 def long_work():
     """Path, content type and body of requests that compute for many seconds."""
-    text = program(5_000_000)
-    for tolerance_um in (10, 3, 1):
+    for tolerance_um, blocks in ((10, 5_000_000), (3, 5_000_000), (1, 3_000_000)):
+        text = program(blocks)
         # A finer tolerance divides more blocks: another stretch of the work each time.
         yield f"cc-compensation?tool_radius_mm=5&work_offset_mm=12,-7,35&tolerance_um={tolerance_um}", "text/plain", text
     surface, text = plate(420), pass_over_plate(200_000)
