@@ -126,7 +126,7 @@ impl Receiver {
 /// How a client of TLS begins.
 const TLS_HANDSHAKE: [u8; 2] = [22, 3];
 
-/// Takes one request in plain text; a client of TLS is told that it is wrong here.
+/// Takes one request in plain text. A client that begins TLS gets the status 400.
 async fn serve(mut stream: impl AsyncRead + AsyncWrite + Unpin, next: impl Fn(Received) -> Reply) {
     let mut text = Vec::new();
     let end = loop {

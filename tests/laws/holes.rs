@@ -345,7 +345,7 @@ fn a_thread_goes_down_and_up_to_the_clearance_at_the_feed_of_its_pitch() {
         wanted.push(motion(Rapid, [1.0, 2.0, 20.0], 0.0));
         assert!(is_near(&found, &wanted), "{cycle}\n{found:?}\n{wanted:?}");
     }
-    // Threads do not run at F, so what F means under M136 changes only whether it is told.
+    // A thread does not run at F. Under M136 F has another unit, so the feed is left out.
     for (number, more) in [(206, vec![(206, "+80"), (211, "+0")]), (207, vec![(239, "+1")])] {
         let found = heidenhain(&format!("{}M136\nCYCL CALL\n", with_levels(number, &more)));
         assert!(is_near(&found, &thread(5.0, -12.5, 20.0, [None; 2])), "{number}\n{found:?}");

@@ -17,7 +17,7 @@ pub fn nominal(dialect: Dialect) -> ProgramSetup {
     ProgramSetup { dialect: Some(dialect), apply_errors: false, ..ProgramSetup::in_mm(&Setup::default()) }
 }
 
-/// All that is told of a text.
+/// Everything that the interpretation tells of a text.
 pub fn all_told(machine: &Machine, program: &ProgramSetup, text: &str) -> Vec<Interpreted> {
     let mut all = Vec::new();
     let mut take = |told: &Interpreted| {

@@ -709,7 +709,7 @@ fn over_many_draws_the_truth_lies_where_the_covariance_says() {
     const THREE_SIGMA: f64 = 0.9973;
     // `TRUNNION_THOROUGH_TESTS=1` draws more.
     let draws: u32 = if std::env::var_os("TRUNNION_THOROUGH_TESTS").is_some() { 1000 } else { 300 };
-    // Four standard deviations of a share of so many draws.
+    // Four standard deviations of the share that this many draws give.
     let near = |share: f64| 4.0 * (share * (1.0 - share) / f64::from(draws)).sqrt();
     let machine = ac_table([2.0, 0.3, -50.0]);
     let bodies = BarMachine::new(&machine, 0.0);

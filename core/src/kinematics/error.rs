@@ -78,3 +78,17 @@ pub enum InverseError {
     #[error("stopped on request")]
     Stopped,
 }
+
+impl InverseError {
+    /// The index of the pose that cannot be solved, if the error is that of a pose.
+    #[must_use]
+    pub const fn pose(&self) -> Option<usize> {
+        match *self {
+            Self::NoDirection { pose }
+            | Self::OutOfReach { pose, .. }
+            | Self::OutOfTravel { pose, .. }
+            | Self::NoWay { pose } => Some(pose),
+            Self::StartOutOfTravel { .. } | Self::TooManyStates { .. } | Self::Stopped => None,
+        }
+    }
+}

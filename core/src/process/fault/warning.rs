@@ -229,7 +229,7 @@ impl WarningKind {
                 "loops and calls were written out, and the report counts the lines of the written-out program. The assignments of parameters and variables that are counted here are left out; the line is that of the first one in the program that was sent. A program that reads these parameters later finds their old values"
             }
             Self::FileNotCalled => {
-                "so many of the files that were sent with the program are called by no block that runs. Compare their names with the calls, and the main program with the one that was meant"
+                "no block that runs calls these files, which were sent with the program. Compare their names with the calls, and check which program is the main one"
             }
             Self::NoContactKept => {
                 "no contact was found in the program; tips move by the length difference only"

@@ -222,7 +222,7 @@ impl Posting<'_> {
                 Ok(path) => path,
                 Err(InverseError::Stopped) => return Err(Fault::Cancelled),
                 Err(fault) => {
-                    let at = self.window.iter().filter_map(Item::point).nth(pose_of(&fault));
+                    let at = self.window.iter().filter_map(Item::point).nth(fault.pose().unwrap_or(0));
                     let line = at.map_or(0, |point| point.line);
                     self.each_alone(stop)?;
                     if self.faults.total == 0 {
@@ -490,17 +490,5 @@ impl Posting<'_> {
         output.write_all(&self.out)?;
         self.out.clear();
         Ok(())
-    }
-}
-
-fn pose_of(fault: &InverseError) -> usize {
-    match *fault {
-        InverseError::NoDirection { pose }
-        | InverseError::OutOfReach { pose, .. }
-        | InverseError::OutOfTravel { pose, .. }
-        | InverseError::NoWay { pose } => pose,
-        InverseError::StartOutOfTravel { .. }
-        | InverseError::TooManyStates { .. }
-        | InverseError::Stopped => 0,
     }
 }
