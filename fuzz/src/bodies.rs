@@ -14,11 +14,12 @@ use crate::kinematics::{Kinematics, PathOptions, PoseLanes};
 use crate::machine::{Machine, Tool};
 use crate::process::{ListedTool, ToolTable};
 use crate::servo::{Detail, ServoPath, simulate};
+use crate::side_by_side::OneAfterAnother;
 use crate::units::Length;
 use crate::wire::{
     ApiKeyRequest, ApplyRequest, CalibrationDocument, CalibrationHead, CalibrationKind, CalibrationRequest, CcParameters,
     CompensationParameters, CorePath, Drives, FaultList, ForwardRequest, InverseRequest, JobOperation,
-    JobRequest, JointColumns, JointRows, JointWords, KinematicsOptions, MachineProfile, MachineStatements, MatchingRequest, Pose, PoseRows,
+    JobRequest, JointColumns, JointRows, PathWords, PoseColumns, Solutions, KinematicsOptions, MachineProfile, MachineStatements, MatchingRequest, Pose, PoseRows,
     PostingParameters, ScallopRequest, ServoOptions, ServoProgramParameters, SimulationAnswer, SimulationRequest,
     SolvedPoses, Statements, SweepRequest, TableTool, VerificationParameters, WearAdviceRequest, WearEntriesRequest,
     WearParameters, WithdrawalRequest, example_machine, read_json, read_query,
@@ -26,6 +27,10 @@ use crate::wire::{
 
 /// Most of anything that is computed; more is only read and checked.
 const MOST: usize = 40;
+/// The faster way of reading poses is taken above this length \[bytes\].
+const MOST_OF_A_SMALL_BODY: usize = 4096;
+/// Unit axes that were made unit axes once more may differ by a rounding of each component.
+const UNIT_ONCE_MORE: f64 = 4.0 * f64::EPSILON;
 /// Most samples of a simulation.
 const MOST_SAMPLES: f64 = 20_000.0;
 
@@ -134,35 +139,33 @@ fn profile(text: &[u8]) {
     assert_eq!(serde_json::to_string(&again).expect("prints"), stored, "a stored profile changes");
     let words = br#"{"poses": [{"x": 10, "y": 20, "z": 30, "i": 0.3, "j": -0.2, "k": 0.93}]}"#;
     let request: InverseRequest = read_json(words).expect("a request");
-    solve(&machine, &request);
+    solve(&machine, request);
 }
 
-fn solve(machine: &Machine, request: &InverseRequest) {
+fn solve(machine: &Machine, request: InverseRequest) {
     let Ok((setup, start_words_deg)) = request.options().to_setup(machine) else { return };
     let kinematics = Kinematics::new(machine, &setup);
-    let (mut faults, mut lanes) = (FaultList::default(), PoseLanes::with_capacity(MOST));
-    for (index, pose) in request.poses.iter().enumerate() {
-        if let Some(pose) = pose.to_core(index, &mut faults) {
-            lanes.push(pose);
-        }
-    }
-    if faults.into_result().is_err() || lanes.len() > MOST || kinematics.path_states() > 1000 {
+    let Ok(lanes) = request.poses.into_core() else { return };
+    if lanes.len() > MOST || kinematics.path_states() > 1000 {
         return;
     }
     let options = PathOptions { start_words_deg, ..PathOptions::default() };
     let Ok(solved) = kinematics.path_lanes(&lanes, &options, &go_on) else { return };
-    let mut joints = Vec::new();
-    for (pose, conditioning) in solved.conditioning.iter().enumerate() {
-        let found = solved.get(pose).expect("a solution for every pose");
-        joints.push(JointWords::from_core(machine, &found, Some(*conditioning)));
-    }
-    finite("joints", &joints);
-    SolvedPoses::new(1, joints, None, Vec::new()).write_json(&mut Vec::new()).expect("an answer prints");
+    assert_eq!(solved.conditioning.len(), lanes.len(), "a solution for every pose");
+    finite("joints", &solved);
+    let document = SolvedPoses::new(1, Solutions::Path(PathWords::new(machine, solved)), Vec::new());
+    let mut printed = Vec::new();
+    document.write_json(&OneAfterAnother, &mut printed).expect("an answer prints");
+    assert_eq!(printed, serde_json::to_vec(&document).expect("an answer prints"), "not as serde prints it");
 }
 
 fn inverse(text: &[u8]) {
+    // The faster way, which is for long texts, reads what serde reads.
+    let long = [text, &b" ".repeat(MOST_OF_A_SMALL_BODY)].concat();
+    let fast = format!("{:?}", InverseRequest::read(&long));
+    assert_eq!(fast, format!("{:?}", read_json::<InverseRequest>(&long)), "the faster way reads something else");
     if let Some(request) = read::<InverseRequest>(text) {
-        solve(&example().1, &request);
+        solve(&example().1, request);
     }
 }
 
@@ -375,12 +378,19 @@ pub fn rows(data: &[u8]) {
             let whole = table!(PoseRows, text, text.len().max(1));
             let cut = table!(PoseRows, text, chunk);
             assert_eq!(format!("{whole:?}"), format!("{cut:?}"), "rows depend on how the table was cut");
-            let Ok(poses) = whole else { return };
+            let Ok(Ok(poses)) = whole.map(PoseColumns::into_core) else { return };
             finite("poses", &poses);
-            let mut again = b"x,y,z,i,j,k\n".to_vec();
-            poses.iter().for_each(|pose| pose.write_row(&mut again));
-            let again = PoseRows::new(100).feed_all(&again);
-            assert_eq!(format!("{again:?}"), format!("{poses:?}"), "rows do not read back");
+            let mut again = Pose::CSV_HEADER.as_bytes().to_vec();
+            for at in 0..poses.len() {
+                let PoseLanes { x_mm, y_mm, z_mm, i, j, k } = &poses;
+                Pose { x: x_mm[at], y: y_mm[at], z: z_mm[at], i: i[at], j: j[at], k: k[at] }.write_row(&mut again);
+            }
+            let again = table!(PoseRows, again, chunk).expect("our own rows").into_core().expect("poses");
+            assert_eq!([&again.x_mm, &again.y_mm, &again.z_mm], [&poses.x_mm, &poses.y_mm, &poses.z_mm]);
+            for (again, before) in [(&again.i, &poses.i), (&again.j, &poses.j), (&again.k, &poses.k)] {
+                let differ = again.iter().zip(before).map(|(again, before)| (again - before).abs());
+                assert!(differ.fold(0.0, f64::max) <= UNIT_ONCE_MORE, "axes do not read back: {before:?}, {again:?}");
+            }
         }
         3..=5 => {
             let whole = table!(JointRows, text, text.len().max(1));
@@ -424,17 +434,5 @@ pub fn rows(data: &[u8]) {
                 finite("tool", &tool);
             }
         }
-    }
-}
-
-/// A whole table at once.
-trait FeedAll {
-    fn feed_all(self, text: &[u8]) -> Vec<Pose>;
-}
-
-impl FeedAll for PoseRows {
-    fn feed_all(mut self, text: &[u8]) -> Vec<Pose> {
-        self.feed(text).expect("our own rows");
-        self.finish().expect("our own rows")
     }
 }

@@ -2,7 +2,8 @@
 
 // Named as the service names them, for the documents of the wire are its own files.
 pub use trunnion_core::{
-    calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, surface, units, wear,
+    calibration, contact, geometry, kinematics, machine, motion, plot, process, program, servo, side_by_side, surface,
+    units, wear,
 };
 
 // Without the web framework and the database beside it: these would be instrumented too.
