@@ -271,13 +271,18 @@ impl Held {
     pub fn take_more(&mut self, more: u64) -> Result<(), NoShare> {
         let Shared { quota, total, share, .. } = *self.shares.0;
         let mut counts = self.shares.counts();
-        let own = counts.by.get(&self.who).copied().unwrap_or(0);
+        let Counts { all, by } = &mut *counts;
+        let known = by.get_mut(&self.who);
+        let own = known.as_deref().copied().unwrap_or(0);
         // The service's own work is limited where it starts.
         if self.who != Who::Service {
-            share.check(quota, total, counts.all - own, own, more)?;
+            share.check(quota, total, *all - own, own, more)?;
         }
-        counts.all = counts.all.saturating_add(more);
-        counts.by.insert(self.who.clone(), own.saturating_add(more));
+        *all = all.saturating_add(more);
+        match known {
+            Some(known) => *known = own.saturating_add(more),
+            None => drop(by.insert(self.who.clone(), more)),
+        }
         drop(counts);
         self.amount = self.amount.saturating_add(more);
         Ok(())
@@ -292,12 +297,11 @@ impl Held {
         self.amount -= over;
         let mut counts = self.shares.counts();
         counts.all = counts.all.saturating_sub(over);
-        let own = counts.by.get(&self.who).copied().unwrap_or(0).saturating_sub(over);
+        let Some(own) = counts.by.get_mut(&self.who) else { return };
+        *own = own.saturating_sub(over);
         // A caller that holds nothing is removed.
-        if own == 0 {
+        if *own == 0 {
             counts.by.remove(&self.who);
-        } else {
-            counts.by.insert(self.who.clone(), own);
         }
     }
 

@@ -72,14 +72,19 @@ impl Plain<'_> {
     }
 }
 
+/// Whether a byte of a text needs no escape.
+fn as_it_is(byte: u8) -> bool {
+    matches!(byte, b' '..=b'~')
+}
+
 impl Visit for Plain<'_> {
     fn record_str(&mut self, field: &Field, value: &str) {
         if !Self::is_plain(field) {
             return self.leave(|library| library.record_str(field, value));
         }
-        let as_it_is = |byte: u8| matches!(byte, b' '..=b'~') && byte != b'"' && byte != b'\\';
+        let is_quoted_only = |byte| as_it_is(byte) && byte != b'"' && byte != b'\\';
         self.write(field, |text| {
-            if !value.bytes().all(as_it_is) {
+            if !value.bytes().all(is_quoted_only) {
                 return write!(text, "{value:?}");
             }
             text.push('"');
@@ -89,16 +94,45 @@ impl Visit for Plain<'_> {
         });
     }
 
+    fn record_f64(&mut self, field: &Field, value: f64) {
+        /// From one to the other, JSON and `Debug` have the same decimals.
+        const SAME_IN_JSON: std::ops::Range<f64> = 1e-5..1e15;
+        if !Self::is_plain(field) || !SAME_IN_JSON.contains(&value) {
+            return self.record_debug(field, &value);
+        }
+        self.write(field, |text| {
+            text.push_str(zmij::Buffer::new().format_finite(value));
+            Ok(())
+        });
+    }
+
+    fn record_u64(&mut self, field: &Field, value: u64) {
+        if !Self::is_plain(field) {
+            return self.record_debug(field, &value);
+        }
+        self.write(field, |text| write!(text, "{value}"));
+    }
+
     fn record_error(&mut self, field: &Field, value: &(dyn Error + 'static)) {
         self.leave(|library| library.record_error(field, value));
     }
 
     fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
         if Self::is_plain(field) {
-            self.write(field, |text| write!(text, "{value:?}"));
-        } else {
-            self.leave(|library| library.record_debug(field, value));
+            return self.write(field, |text| write!(text, "{value:?}"));
         }
+        let (begin, is_first) = (self.text.len(), self.is_first);
+        if field.name() == "message" && self.written.is_ok() {
+            // Most messages are printed as they are.
+            self.written = write!(self.text, "{}{value:?}", if is_first { "" } else { " " });
+            self.is_first = false;
+            if self.written.is_ok() && self.text.bytes().skip(begin).all(as_it_is) {
+                return;
+            }
+            self.text.truncate(begin);
+            (self.written, self.is_first) = (Ok(()), is_first);
+        }
+        self.leave(|library| library.record_debug(field, value));
     }
 }
 
@@ -145,6 +179,24 @@ mod tests {
             span.in_scope(|| {
                 tracing::info!(status = 200_u16, elapsed_ms = 0.25, good = true, "answered");
                 span.record("late", "x\"y\\z");
+                tracing::info!(
+                    a = 1e-5,
+                    b = 9.9e-6,
+                    c = 0.1 + 0.2,
+                    d = 123_456.0,
+                    e = 1e14 / 3.0,
+                    f = 1e15,
+                    "ms"
+                );
+                tracing::info!(
+                    g = 0.0,
+                    h = -0.5,
+                    i = f64::NAN,
+                    j = 1e16,
+                    k = 5e-324,
+                    l = u64::MAX,
+                    "it's \"so\" \\"
+                );
                 tracing::warn!(error = &fault as &dyn Error, path = %"/ü", "a \u{1b}[0m {}", 5);
                 tracing::error!(r#type = "t", empty = "", count = -3, list = ?[1, 2]);
                 tracing::trace_span!("within").in_scope(|| tracing::debug!(target: "other", "deep"));
@@ -172,7 +224,7 @@ mod tests {
                 fmt::layer().with_timer(Then).with_ansi(ansi).with_writer(move || paper.clone())
             };
             let theirs = lines(|paper| written(paper).boxed());
-            assert_eq!(theirs.lines().count(), 5, "{theirs}");
+            assert_eq!(theirs.lines().count(), 7, "{theirs}");
             assert_eq!(lines(|paper| written(paper).fmt_fields(PlainFields).boxed()), theirs);
             let ours =
                 |paper| written(paper).fmt_fields(PlainFields).event_format(TextLines::new(Then)).boxed();

@@ -18,6 +18,7 @@ use thiserror::Error;
 
 use super::coding::CodingFault;
 use super::problem::{Problem, ProblemType};
+use super::within::within;
 use crate::jobs::memory::{self, MemoryFault};
 
 /// A body being read.
@@ -92,7 +93,7 @@ async fn swallowed<T, E>(mut rest: impl Stream<Item = Result<T, E>> + Unpin) {
 
 /// The next item, if it comes in time.
 async fn next_within<T>(next: impl Future<Output = T>, pause: Duration) -> Result<T, Problem> {
-    tokio::time::timeout(pause, next).await.map_err(|_elapsed| too_slow(pause))
+    within(pause, next).await.ok_or_else(|| too_slow(pause))
 }
 
 fn next_of(

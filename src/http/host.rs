@@ -31,6 +31,9 @@ pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
     if field.is_empty() && target.is_none() {
         return Ok(());
     }
+    if target.is_none() && is_plain(field.as_bytes()) {
+        return Ok(());
+    }
     let Ok(host) = Authority::try_from(field.as_bytes()) else {
         return refuse("the Host field is not a host with an optional port");
     };
@@ -48,6 +51,21 @@ pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
         return refuse("the Host field and the address of the request name different hosts");
     }
     Ok(())
+}
+
+/// Whether this is a plain name or an IPv4 address, and perhaps a port. Nearly every host is, and needs no further look.
+fn is_plain(host: &[u8]) -> bool {
+    let mut parts = host.splitn(2, |byte| *byte == b':');
+    let name = parts.next().unwrap_or_default();
+    let port = parts.next();
+    let is_port = |port: &[u8]| {
+        (1..=5).contains(&port.len())
+            && port.iter().all(u8::is_ascii_digit)
+            && port.iter().fold(0, |number, digit| 10 * number + u32::from(digit - b'0')) <= u16::MAX.into()
+    };
+    !name.is_empty()
+        && name.iter().all(|byte| byte.is_ascii_alphanumeric() || matches!(byte, b'.' | b'-'))
+        && port.is_none_or(is_port)
 }
 
 #[cfg(test)]

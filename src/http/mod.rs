@@ -60,6 +60,7 @@ mod tools;
 mod watch;
 mod wear;
 mod webhooks;
+mod within;
 
 pub use docs::description_text;
 pub use in_process::InProcess;

@@ -3,6 +3,7 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use axum::body::{Body, HttpBody};
 use axum::response::Response;
@@ -15,6 +16,7 @@ use super::AppState;
 use super::file_body::FileBody;
 use super::flow::{ClientLeft, Flow, Printer};
 use super::problem::Problem;
+use crate::config::Settings;
 use crate::jobs::KinematicsFault;
 use crate::jobs::memory::{self, Account, REQUEST_BYTES};
 use crate::process::Stop;
@@ -36,7 +38,7 @@ const SMALL_ANSWER: usize = 512;
 /// An answer that is being printed. `H` is what its head needs to know.
 #[derive(Debug)]
 pub(super) struct Printed<H> {
-    spool: PathBuf,
+    settings: Arc<Settings>,
     account: Option<Account>,
     /// The head, until it leaves.
     head: Option<H>,
@@ -47,7 +49,6 @@ pub(super) struct Printed<H> {
     /// The body of a long answer that must not leave before it is complete.
     kept: Option<Flow>,
     length: u64,
-    limit: u64,
 }
 
 /// What leaves: what the head needs to know, the body, and its length if that is known.
@@ -147,7 +148,7 @@ impl<H> Printed<H> {
     /// An empty answer, limited to the largest length of a result.
     fn new(app: &AppState, begin: Option<oneshot::Sender<(H, Flow)>>) -> Self {
         Self {
-            spool: spool(app),
+            settings: Arc::clone(&app.settings),
             account: memory::account(),
             head: None,
             begin,
@@ -155,7 +156,6 @@ impl<H> Printed<H> {
             printer: None,
             kept: None,
             length: 0,
-            limit: app.settings.max_result_bytes,
         }
     }
 
@@ -163,7 +163,7 @@ impl<H> Printed<H> {
     /// to `most_bytes` may exceed the limit.
     pub(super) fn may_leave(&mut self, head: H, most_bytes: u64) {
         self.head = Some(head);
-        if most_bytes > self.limit {
+        if most_bytes > self.settings.max_result_bytes {
             self.begin = None;
         }
     }
@@ -172,7 +172,7 @@ impl<H> Printed<H> {
     fn flow(&mut self) -> io::Result<()> {
         let paid = || self.account.as_ref().is_none_or(|account| account.keep(QUEUE as u64).is_ok());
         let queue_bytes = if self.begin.is_some() && paid() { QUEUE } else { 0 };
-        let (printer, flow) = Flow::new(&self.spool, queue_bytes);
+        let (printer, flow) = Flow::new(&spool(&self.settings), queue_bytes);
         match (self.begin.take(), self.head.take()) {
             (Some(begin), Some(head)) => {
                 begin.send((head, flow)).map_err(|_left| io::Error::other(ClientLeft))?;
@@ -221,9 +221,10 @@ impl<H> Printed<H> {
 impl<H> Write for Printed<H> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.length += bytes.len() as u64;
-        if self.length > self.limit {
+        let limit = self.settings.max_result_bytes;
+        if self.length > limit {
             let detail =
-                format!("the answer is larger than the limit of {} bytes; ask for less at once", self.limit);
+                format!("the answer is larger than the limit of {limit} bytes; ask for less at once");
             return Err(io::Error::new(io::ErrorKind::FileTooLarge, detail));
         }
         if let Some(printer) = &mut self.printer {
@@ -244,8 +245,8 @@ impl<H> Write for Printed<H> {
     }
 }
 
-fn spool(app: &AppState) -> PathBuf {
-    app.settings.data_dir.join("spool")
+fn spool(settings: &Settings) -> PathBuf {
+    settings.data_dir.join("spool")
 }
 
 /// The answer, which reserves the memory that it holds until the client has taken it.
@@ -282,7 +283,7 @@ async fn on_disk(app: &AppState, account: Account, response: Response) -> Respon
     let Ok(text) = axum::body::to_bytes(body, usize::MAX).await else {
         return axum::response::IntoResponse::into_response(Problem::internal(&"an answer broke off"));
     };
-    let (directory, copy) = (spool(app), text.clone());
+    let (directory, copy) = (spool(&app.settings), text.clone());
     let written = tokio::task::spawn_blocking(move || in_file(&directory, &copy)).await;
     let length = text.len();
     let body = match written.unwrap_or_else(|panicked| Err(io::Error::other(panicked))) {

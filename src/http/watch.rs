@@ -1,5 +1,6 @@
 //! The outermost step of every request: its id, trace, span, log line and counts; and the last check of its answer.
 
+use std::pin::pin;
 use std::time::{Duration, Instant};
 
 use axum::extract::{MatchedPath, Request};
@@ -54,7 +55,8 @@ pub(super) async fn watch<Answered: Future<Output = Response>>(
     let span = watched.span.clone();
     request.extensions_mut().insert(request_id.clone());
     request.extensions_mut().insert(trace);
-    let mut response = dressed(answered(request).instrument(span).await);
+    let answered = pin!(answered(request));
+    let mut response = dressed(answered.instrument(span).await);
     guard_answer(&mut response, route, app.settings.tls_certificate.is_some());
     response.headers_mut().insert(REQUEST_ID, request_id.header());
     if let Ok(value) = HeaderValue::from_bytes(&trace_text) {
@@ -172,21 +174,24 @@ impl Line<'_> {
     fn write(&self, span: &Span, status: Option<StatusCode>) {
         let Self { problem, quiet, elapsed, method } = *self;
         let elapsed_ms = elapsed.as_secs_f64() * 1e3;
-        span.in_scope(|| match status {
-            None => tracing::warn!(target: LOGGED_AS, method, elapsed_ms, "abandoned by the client"),
-            Some(status) => {
-                let code = status.as_u16();
-                if status == StatusCode::SERVICE_UNAVAILABLE || status.is_client_error() {
-                    tracing::warn!(target: LOGGED_AS, method, status = code, elapsed_ms, problem, "answered");
-                } else if status.is_server_error() {
-                    tracing::error!(target: LOGGED_AS, method, status = code, elapsed_ms, problem, "answered");
-                } else if quiet {
-                    tracing::debug!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
-                } else {
-                    tracing::info!(target: LOGGED_AS, method, status = code, elapsed_ms, "answered");
-                }
-            }
-        });
+        macro_rules! line {
+            ($level:ident, $($parts:tt)*) => {
+                tracing::$level!(target: LOGGED_AS, parent: span, method, $($parts)*)
+            };
+        }
+        let Some(status) = status else {
+            return line!(warn, elapsed_ms, "abandoned by the client");
+        };
+        let code = status.as_u16();
+        if status == StatusCode::SERVICE_UNAVAILABLE || status.is_client_error() {
+            line!(warn, status = code, elapsed_ms, problem, "answered");
+        } else if status.is_server_error() {
+            line!(error, status = code, elapsed_ms, problem, "answered");
+        } else if quiet {
+            line!(debug, status = code, elapsed_ms, "answered");
+        } else {
+            line!(info, status = code, elapsed_ms, "answered");
+        }
     }
 }
 

@@ -22,6 +22,12 @@ impl PoseColumns {
     /// Memory of one pose while the columns grow by doubling \[bytes\].
     pub const GROWING_BYTES: usize = 2 * size_of::<Pose>();
 
+    /// No poses, with memory for a few.
+    fn of_a_document() -> Self {
+        const FEW: usize = 8;
+        Self { lanes: PoseLanes::with_capacity(FEW), ..Self::default() }
+    }
+
     /// The number of poses, faulty ones included.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -69,7 +75,7 @@ impl PoseColumns {
     /// up to and including that. `None` if anything is not as the service itself would write it; then serde reads
     /// the text, and says what is wrong if something is.
     pub(super) fn read_elements(text: &[u8]) -> Option<(Self, usize)> {
-        let mut poses = Self::default();
+        let mut poses = Self::of_a_document();
         let mut rest = Rest { text, at: 0 };
         if rest.takes(b']') {
             return Some((poses, rest.at));
@@ -160,7 +166,7 @@ impl<'de> Visitor<'de> for Elements {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<PoseColumns, A::Error> {
-        let mut poses = PoseColumns::default();
+        let mut poses = PoseColumns::of_a_document();
         while let Some(pose) = seq.next_element::<Pose>()? {
             poses.push(&pose);
         }

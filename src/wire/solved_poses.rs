@@ -210,8 +210,7 @@ impl SolvedPoses {
         writer: &mut (impl Write + Send),
     ) -> std::io::Result<()> {
         let Some(joints) = &self.joints else { return Ok(serde_json::to_writer(writer, self)?) };
-        let begin = format!("{{\"machine_revision\":{},\"joints\":[", self.machine_revision);
-        writer.write_all(begin.as_bytes())?;
+        write!(writer, "{{\"machine_revision\":{},\"joints\":[", self.machine_revision)?;
         write_in_pieces(joints.len(), threads, writer, &|poses, text| {
             for (pose, words) in poses.filter_map(|pose| Some((pose, joints.get(pose)?))) {
                 if pose > 0 {

@@ -187,11 +187,18 @@ async fn read(
         return Ok((document.poses.into(), options));
     }
     let options = read_query(&query)?;
+    let may_wait = may_wait(&options);
+    // Boxed: otherwise its memory would be part of every small request's.
+    Ok((Box::pin(read_table(app, request, may_wait)).await?, options))
+}
+
+/// The poses of a table. `may_wait` says whether they may wait in a file.
+async fn read_table(app: &AppState, request: Request, may_wait: bool) -> Result<ReceivedPoses, Problem> {
     let (parts, body) = request.into_parts();
     let mut rows = PoseTable::in_memory(app.settings.max_poses);
-    if may_wait(&options) {
+    if may_wait {
         rows = rows.waiting_in(&app.spool, POSES_IN_MEMORY);
     }
     feed(app, &parts, body, &mut rows).await?;
-    Ok((rows.finish().await??, options))
+    Ok(rows.finish().await??)
 }

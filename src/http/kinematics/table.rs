@@ -48,6 +48,9 @@ pub(super) fn offers(table: bool) -> &'static [&'static str] {
 /// # Errors
 /// There are query parameters.
 pub(super) fn no_options(query: &str) -> Result<(), Problem> {
+    if query.is_empty() {
+        return Ok(());
+    }
     let Err(fault) = read_query::<NoParameters>(query) else { return Ok(()) };
     if read_query::<KinematicsOptions>(query).is_err() {
         return Err(fault.into());

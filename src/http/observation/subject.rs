@@ -14,8 +14,16 @@ impl<'a> Subject<'a> {
     /// From this path, which matched this pattern. Only the first place of a pattern has such an id, and the text
     /// before it is the same in both.
     pub(in crate::http) fn of(pattern: &str, path: &'a str) -> Self {
-        let Some((before, name)) = pattern.split_once('{') else { return Self::default() };
-        let id = || plain(path.get(before.len()..)?.split('/').next()?);
+        // Every request passes here, and a loop over so few bytes is faster than the search of the library.
+        let place = pattern.bytes().position(|byte| byte == b'{');
+        let Some((before, name)) = place.and_then(|at| Some((pattern.get(..at)?, pattern.get(at + 1..)?)))
+        else {
+            return Self::default();
+        };
+        let id = || {
+            let rest = path.get(before.len()..)?;
+            plain(rest.get(..rest.bytes().position(|byte| byte == b'/').unwrap_or(rest.len()))?)
+        };
         if name.starts_with("machine_id}") {
             Self { machine_id: id(), job_id: None }
         } else if before.ends_with("/jobs/") {
