@@ -87,6 +87,7 @@ fn refused(fault: &process::Fault) -> Option<Refusal> {
         | process::Fault::NothingFollowed { first } => program(first.map(|(_, line)| line)),
         // faults of the drives only come from a simulation, which has already checked them
         process::Fault::NoMotion
+        | process::Fault::UnreadableFile { .. }
         | process::Fault::Servo(_)
         | process::Fault::NotCutterLocationData { .. } => program(None),
         process::Fault::NoContactInProgram { .. }

@@ -172,39 +172,43 @@ fn a_motion_tells_its_file_and_its_line_there() {
 fn a_file_that_cannot_be_followed_refuses_the_program_at_its_call() {
     let iso = start(Dialect::Iso);
     let mm = start(Dialect::Heidenhain);
-    let cases: [Refused<'_>; 8] = [
+    let long = "X".repeat(1 << 20);
+    let too_long = format!("M99\n(O2)\n{long}\n");
+    let unreadable = [("2.nc", too_long.as_str())];
+    let cases: [Refused<'_>; 9] = [
+        (Dialect::Iso, format!("{iso}M98 P2\n"), &unreadable, "the file `2.nc`: line 3 is longer than"),
         (
             Dialect::Iso,
             format!("{iso}o2 call\n"),
             &[("2.ngc", "o2 sub\nM73\nG91 X1\no2 endsub\n")],
-            "line 3, column 1: `M73`",
+            "line 3 calls `2.ngc`; there line 2, column 1: `M73`",
         ),
         (
             Dialect::Iso,
             format!("{iso}M98 P2\n"),
             &[("2.nc", "X1\nY2\n")],
-            "line 3, column 1: `Y2`: the called file ends",
+            "line 3 calls `2.nc`; there line 2, column 1: `Y2`: the called file ends",
         ),
-        (Dialect::Iso, format!("{iso}M98 P2\n"), &[("2.nc", "")], "line 3, column 1"),
+        (Dialect::Iso, format!("{iso}M98 P2\n"), &[("2.nc", "")], "line 3, column 1: "),
         (Dialect::Iso, format!("{iso}M98 P2\n"), &[("2.nc", "X1\nM98 P2\nM99\n")], "must not call itself"),
         (
             Dialect::Iso,
             format!("{iso}M98 P2\n"),
             &[("2.nc", "X1\nGOTO 5\nM99\n")],
-            "line 3, column 1: `GOTO 5`",
+            "line 3 calls `2.nc`; there line 2, column 1: `GOTO 5`",
         ),
         (
             Dialect::Siemens,
             format!("{iso}POCKET\n"),
             &[("POCKET.SPF", "PROC POCKET SAVE\nG91\nM17\n")],
-            "line 3",
+            "line 3 calls `POCKET.SPF`; there line 1",
         ),
-        (Dialect::Siemens, format!("{iso}POCKET\n"), &[("POCKET.SPF", "X1 M17\n")], "line 3"),
+        (Dialect::Siemens, format!("{iso}POCKET\n"), &[("POCKET.SPF", "X1 M17\n")], "there line 1, column 1"),
         (
             Dialect::Heidenhain,
             format!("{mm}CALL PGM P2\n"),
             &[("P2.H", "0 BEGIN PGM P2 INCH\n1 L X+1\n2 END PGM P2 INCH\n")],
-            "line 3",
+            "line 3 calls `P2.H`; there line ",
         ),
     ];
     for (dialect, main, files, wanted) in cases {

@@ -473,6 +473,7 @@ pub(super) fn at_bytes(
     Diagnostic {
         code,
         line: block.line,
+        called: batch.called_line(block),
         column: start.saturating_sub(block.start) + 1,
         span: ByteSpan {
             start: batch.offset() + u64::from(start),

@@ -3,7 +3,7 @@
 use std::num::NonZeroU16;
 
 use super::dialect::Dialect;
-use super::{Address, Diagnostic, Keyword, Word, WordForm};
+use super::{Address, CalledLine, Diagnostic, Excerpt, Keyword, Word, WordForm};
 
 /// The kind of a line of the upload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -195,6 +195,8 @@ pub struct Batch {
     pub(super) is_evaluated: bool,
     /// Where its blocks are, if they are in a file that the program calls. Their lines are then those of the call.
     pub(super) called: Vec<PlaceInFile>,
+    /// The name of that file.
+    pub(super) called_name: Excerpt,
 }
 
 impl Default for Batch {
@@ -211,6 +213,7 @@ impl Default for Batch {
             habits: Habits::default(),
             is_evaluated: false,
             called: Vec::new(),
+            called_name: Excerpt::default(),
         }
     }
 }
@@ -265,15 +268,27 @@ impl Batch {
         self.called.get(block).copied()
     }
 
+    /// Where one of its blocks is, for a message about it, if that is in a file that the program calls.
+    #[must_use]
+    pub fn called_line(&self, block: &Block) -> Option<CalledLine> {
+        let index = self.blocks.partition_point(|other| other.start < block.start);
+        self.called.get(index).map(|place| CalledLine { file: self.called_name, line: place.line })
+    }
+
     /// Makes its blocks those of a called file: they get the line of the call.
-    pub(super) fn call_from(&mut self, line: u64, file: NonZeroU16) {
+    pub(super) fn call_from(&mut self, line: u64, file: NonZeroU16, name: Excerpt) {
+        self.called_name = name;
         self.called.clear();
         for block in &mut self.blocks {
             let line_in_file = u32::try_from(block.line).unwrap_or(u32::MAX);
             self.called.push(PlaceInFile { file, line: line_in_file });
             block.line = line;
         }
-        self.faults.iter_mut().for_each(|fault| fault.line = line);
+        for fault in &mut self.faults {
+            let line_in_file = u32::try_from(fault.line).unwrap_or(u32::MAX);
+            fault.called = Some(CalledLine { file: name, line: line_in_file });
+            fault.line = line;
+        }
     }
 
     /// The bytes of one of its blocks, line ending included.

@@ -40,6 +40,12 @@ impl Excerpt {
     }
 }
 
+impl Default for Excerpt {
+    fn default() -> Self {
+        Self::new(&[])
+    }
+}
+
 impl fmt::Display for Excerpt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str().trim_end())
@@ -320,18 +326,33 @@ pub struct ByteSpan {
     pub end: u64,
 }
 
+/// A line of a file that the program calls, for messages.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CalledLine {
+    /// The beginning of the file's name.
+    pub file: Excerpt,
+    /// Its line, counted from 1.
+    pub line: u32,
+}
+
 /// A fact about one place of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("line {line}, column {column}: {code}")]
+#[error("line {line}{}, column {column}: {code}", there(*called))]
 pub struct Diagnostic {
     /// The fact.
     pub code: DiagnosticCode,
-    /// 1-based line of the upload.
+    /// 1-based line of the upload. For a place in a called file, the line of the call.
     pub line: u64,
+    /// The place, if it is in a file that the program calls.
+    pub called: Option<CalledLine>,
     /// 1-based byte within the line.
     pub column: u32,
     /// The bytes that the diagnostic is about.
     pub span: ByteSpan,
+}
+
+fn there(called: Option<CalledLine>) -> String {
+    called.map_or_else(String::new, |CalledLine { file, line }| format!(" calls `{file}`; there line {line}"))
 }
 
 impl Diagnostic {

@@ -31,7 +31,7 @@ pub use batch::{Batch, Block, BlockFlags, BlockKind, PlaceInFile};
 pub use code::Code;
 pub use constants::Constants;
 pub use decimal::{MAX_DECIMALS, print_decimal, round_to_decimals};
-pub use diagnostic::{ByteSpan, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
+pub use diagnostic::{ByteSpan, CalledLine, Diagnostic, DiagnosticCode, Diagnostics, Excerpt, Severity};
 pub use dialect::{CycleUnread, Dialect, DialectRules, ForeignDialect, Grammar, WritingOut};
 pub use eight_digits::eight_digits;
 pub use fault::{ReadFault, WriteFault};

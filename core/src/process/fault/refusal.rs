@@ -63,6 +63,14 @@ pub enum Fault {
     /// The text cannot be read as a program.
     #[error(transparent)]
     Unreadable(#[from] ReadFault),
+    /// The text of a file that the program may call cannot be read.
+    #[error("the file `{}`: {fault}", Excerpt::new(file.as_bytes()))]
+    UnreadableFile {
+        /// The name with which it was sent.
+        file: String,
+        /// The reason, with a line of this file.
+        fault: ReadFault,
+    },
     /// Blocks that cannot be read or followed, and that affect other blocks.
     #[error("{}", of_blocks(.0))]
     Program(Box<Diagnostics>),

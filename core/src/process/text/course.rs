@@ -60,7 +60,11 @@ pub(super) fn run_from(
     let Some(main) = kept.file(&mut *source.open()?, dialect)? else { return Ok(None) };
     let mut files = Vec::new();
     while let Some(OpenSubprogram { name, mut text }) = source.open_subprogram(files.len())? {
-        let Some(batches) = kept.file(&mut *text, dialect)? else { return Ok(None) };
+        let batches = kept.file(&mut *text, dialect).map_err(|fault| match fault {
+            Fault::Unreadable(fault) => Fault::UnreadableFile { file: name.clone(), fault },
+            other => other,
+        })?;
+        let Some(batches) = batches else { return Ok(None) };
         files.push(SubprogramFile { name, batches });
     }
     Ok(Some(ProgramRun::new(main, from, files)))

@@ -105,6 +105,7 @@ pub(super) fn check(
     refusals.push(Diagnostic {
         code: DiagnosticCode::NotWrittenOut { text: Excerpt::new(b"motion"), reason },
         line,
+        called: None,
         column: 1,
         span: ByteSpan { start: 0, end: 0 },
     });

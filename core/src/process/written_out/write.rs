@@ -307,6 +307,7 @@ impl<W: Write> Writer<W> {
         self.refusals.push(Diagnostic {
             code: DiagnosticCode::NotWrittenOut { text, reason },
             line: block.line,
+            called: batch.called_line(block),
             column: 1,
             span: ByteSpan {
                 start: offset + u64::from(block.start),

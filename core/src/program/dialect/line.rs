@@ -374,6 +374,7 @@ impl<'a> Line<'a> {
         self.batch.faults.push(Diagnostic {
             code,
             line: self.number,
+            called: None,
             column: u32::try_from(start.saturating_sub(self.start) + 1).unwrap_or(u32::MAX),
             span: ByteSpan { start: offset, end: offset + end.saturating_sub(start) as u64 },
         });

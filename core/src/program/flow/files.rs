@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::places::statement_at;
 use crate::program::course::{PlaceName, Step};
-use crate::program::{Batch, Block, BlockKind};
+use crate::program::{Batch, Block, BlockKind, Excerpt};
 
 /// A file beside the main program, which calls name by its name.
 #[derive(Debug)]
@@ -25,6 +25,8 @@ struct Extent {
     body: Range<usize>,
     /// The name of the program in its text.
     name: Option<PlaceName>,
+    /// The name with which the file was sent; none for the main program.
+    file_name: Excerpt,
 }
 
 /// All files of a program by the blocks that they have.
@@ -40,7 +42,12 @@ impl Files {
     pub(super) fn new(main_blocks: usize, subprograms: &[SubprogramFile]) -> Self {
         let main = 0..main_blocks;
         let mut files = Self {
-            extents: vec![Extent { blocks: main.clone(), body: main, name: None }],
+            extents: vec![Extent {
+                blocks: main.clone(),
+                body: main,
+                name: None,
+                file_name: Excerpt::default(),
+            }],
             ..Self::default()
         };
         let mut first = main_blocks;
@@ -48,7 +55,8 @@ impl Files {
             let count: usize = batches.iter().map(|batch| batch.blocks().len()).sum();
             let (body, own) = body(batches);
             let body = first + body.start..first + body.end;
-            files.extents.push(Extent { blocks: first..first + count, body, name: own });
+            let file_name = Excerpt::new(name.as_bytes());
+            files.extents.push(Extent { blocks: first..first + count, body, name: own, file_name });
             for name in names(name) {
                 let files = files.names.entry(name).or_default();
                 if !files.contains(&(index + 1)) {
@@ -73,6 +81,11 @@ impl Files {
     /// The name of the program in a file's text, if the text has one.
     pub(super) fn name(&self, file: usize) -> Option<&PlaceName> {
         self.extents.get(file)?.name.as_ref()
+    }
+
+    /// The name with which a file was sent, for messages.
+    pub(super) fn file_name(&self, file: usize) -> Excerpt {
+        self.extents.get(file).map_or_else(Excerpt::default, |extent| extent.file_name)
     }
 
     /// How many files there are, the main program included.

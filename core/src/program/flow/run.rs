@@ -208,7 +208,8 @@ impl ProgramRun {
         if let Some(file) = u16::try_from(self.file).ok().and_then(NonZeroU16::new) {
             let calls = self.callers.iter().rev();
             let from_main = calls.clone().find(|caller| caller.file == 0).or(calls.clone().next_back());
-            batch.call_from(from_main.map_or(0, |caller| caller.line), file);
+            let line = from_main.map_or(0, |caller| caller.line);
+            batch.call_from(line, file, self.files.file_name(self.file));
         }
         last
     }
@@ -223,6 +224,7 @@ impl ProgramRun {
     fn end_with(&mut self, kind: BlockKind, code: Option<DiagnosticCode>, batch: &mut Batch) -> bool {
         self.copy(self.at + 1, batch);
         batch.is_evaluated = true;
+        let called = batch.blocks().first().and_then(|block| batch.called_line(block));
         if let Some(block) = batch.blocks.first_mut() {
             block.kind = kind;
             block.words_end = block.words_start;
@@ -232,6 +234,7 @@ impl ProgramRun {
             batch.faults.extend(code.map(|code| Diagnostic {
                 code,
                 line: block.line,
+                called,
                 column: 1,
                 span: ByteSpan { start, end },
             }));

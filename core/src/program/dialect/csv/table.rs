@@ -141,6 +141,7 @@ fn read_any_row(source: Source<'_>, batch: &mut Batch) -> LineRead {
                 batch.faults.push(Diagnostic {
                     code,
                     line: number,
+                    called: None,
                     column: u32::try_from(from + 1).unwrap_or(u32::MAX),
                     span: ByteSpan { start: offset + from as u64, end: offset + to as u64 },
                 });

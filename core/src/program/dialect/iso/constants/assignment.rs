@@ -263,6 +263,7 @@ fn at_bytes(batch: &Batch, block: &Block, start: usize, end: usize, code: Diagno
     Diagnostic {
         code,
         line: block.line,
+        called: batch.called_line(block),
         column: u32::try_from(start - block.start as usize + 1).unwrap_or(u32::MAX),
         span: ByteSpan { start: batch.offset + start as u64, end: batch.offset + end as u64 },
     }
