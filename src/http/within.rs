@@ -4,6 +4,8 @@ use std::pin::pin;
 use std::task::Poll;
 use std::time::Duration;
 
+use tokio::task::unconstrained;
+
 /// The result of `future`, or `None` if it takes longer than `limit`. The limit counts from the first time that there
 /// is something to wait for. So most requests are answered without a timer, which the library's timeout always makes.
 pub(super) async fn within<F: Future>(limit: Duration, future: F) -> Option<F::Output> {
@@ -13,7 +15,8 @@ pub(super) async fn within<F: Future>(limit: Duration, future: F) -> Option<F::O
         if let Poll::Ready(result) = future.as_mut().poll(context) {
             return Poll::Ready(Some(result));
         }
-        let timer = timer.get_or_insert_with(|| Box::pin(tokio::time::sleep(limit)));
+        // A future that uses up its task's turn at every poll must not keep the timer from ending it.
+        let timer = timer.get_or_insert_with(|| Box::pin(unconstrained(tokio::time::sleep(limit))));
         timer.as_mut().poll(context).map(|()| None)
     })
     .await
@@ -23,6 +26,13 @@ pub(super) async fn within<F: Future>(limit: Duration, future: F) -> Option<F::O
 mod tests {
     use super::*;
 
+    /// Uses up its task's turn at every poll.
+    async fn greedy() -> u8 {
+        loop {
+            tokio::task::consume_budget().await;
+        }
+    }
+
     #[tokio::test]
     async fn what_is_ready_is_taken_and_what_takes_longer_is_left() {
         let (moment, long) = (Duration::from_millis(20), Duration::from_mins(1));
@@ -31,5 +41,6 @@ mod tests {
         let began = std::time::Instant::now();
         assert_eq!(within(moment, std::future::pending::<()>()).await, None);
         assert!(began.elapsed() >= moment);
+        assert_eq!(within(moment, greedy()).await, None);
     }
 }
