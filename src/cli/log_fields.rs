@@ -96,7 +96,7 @@ impl Visit for Plain<'_> {
 
     fn record_f64(&mut self, field: &Field, value: f64) {
         /// From one to the other, JSON and `Debug` have the same decimals.
-        const SAME_IN_JSON: std::ops::Range<f64> = 1e-5..1e15;
+        const SAME_IN_JSON: std::ops::Range<f64> = 1e-4..1e15;
         if !Self::is_plain(field) || !SAME_IN_JSON.contains(&value) {
             return self.record_debug(field, &value);
         }
