@@ -72,8 +72,8 @@ impl Plain<'_> {
     }
 }
 
-/// Whether a byte of a text needs no escape.
-fn as_it_is(byte: u8) -> bool {
+/// Whether a byte is a printable character of ASCII.
+fn is_printable(byte: u8) -> bool {
     matches!(byte, b' '..=b'~')
 }
 
@@ -82,9 +82,9 @@ impl Visit for Plain<'_> {
         if !Self::is_plain(field) {
             return self.leave(|library| library.record_str(field, value));
         }
-        let is_quoted_only = |byte| as_it_is(byte) && byte != b'"' && byte != b'\\';
+        let needs_no_escape = |byte| is_printable(byte) && byte != b'"' && byte != b'\\';
         self.write(field, |text| {
-            if !value.bytes().all(is_quoted_only) {
+            if !value.bytes().all(needs_no_escape) {
                 return write!(text, "{value:?}");
             }
             text.push('"');
@@ -95,7 +95,7 @@ impl Visit for Plain<'_> {
     }
 
     fn record_f64(&mut self, field: &Field, value: f64) {
-        /// From one to the other, JSON and `Debug` have the same decimals.
+        /// In this range, JSON and `Debug` print a number alike.
         const SAME_IN_JSON: std::ops::Range<f64> = 1e-4..1e15;
         if !Self::is_plain(field) || !SAME_IN_JSON.contains(&value) {
             return self.record_debug(field, &value);
@@ -123,10 +123,10 @@ impl Visit for Plain<'_> {
         }
         let (begin, is_first) = (self.text.len(), self.is_first);
         if field.name() == "message" && self.written.is_ok() {
-            // Most messages are printed as they are.
+            // Most messages need no escape, and are written directly.
             self.written = write!(self.text, "{}{value:?}", if is_first { "" } else { " " });
             self.is_first = false;
-            if self.written.is_ok() && self.text.bytes().skip(begin).all(as_it_is) {
+            if self.written.is_ok() && self.text.bytes().skip(begin).all(is_printable) {
                 return;
             }
             self.text.truncate(begin);

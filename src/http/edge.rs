@@ -71,7 +71,7 @@ impl Service<Request> for Edge {
 /// Every request passes through this once, on the way to its handler.
 async fn pass(app: &AppState, request: Request, route: Route) -> Response {
     watch(app, request, |request| async move {
-        // Pinned where it stands, so that the futures around it move a pointer instead of two thousand bytes.
+        // Pinned here. The futures around it then move a pointer, and not two thousand bytes.
         let admitted = pin!(admitted(app, request, route));
         caught(within_time(app, admitted)).await
     })

@@ -53,7 +53,7 @@ pub(super) fn one_host(request: &Request) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Whether this is a plain name or an IPv4 address, and perhaps a port. Nearly every host is, and needs no further look.
+/// Whether this is a plain name or an IPv4 address, and perhaps a port. Nearly every host is, and needs no further check.
 fn is_plain(host: &[u8]) -> bool {
     let mut parts = host.splitn(2, |byte| *byte == b':');
     let name = parts.next().unwrap_or_default();

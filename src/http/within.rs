@@ -1,4 +1,4 @@
-//! Waits with a limit.
+//! Waiting, with a time limit.
 
 use std::pin::pin;
 use std::task::Poll;
@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use tokio::task::unconstrained;
 
-/// The result of `future`, or `None` if it takes longer than `limit`. The limit counts from the first time that there
-/// is something to wait for. So most requests are answered without a timer, which the library's timeout always makes.
+/// The result of `future`, or `None` if it takes longer than `limit`. The limit begins when the future first has to wait.
+/// Most requests never wait, so they need no timer.
 pub(super) async fn within<F: Future>(limit: Duration, future: F) -> Option<F::Output> {
     let mut future = pin!(future);
     let mut timer = None;

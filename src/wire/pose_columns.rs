@@ -23,7 +23,7 @@ impl PoseColumns {
     pub const GROWING_BYTES: usize = 2 * size_of::<Pose>();
 
     /// No poses, with memory for a few.
-    fn of_a_document() -> Self {
+    fn with_room_for_few() -> Self {
         const FEW: usize = 8;
         Self { lanes: PoseLanes::with_capacity(FEW), ..Self::default() }
     }
@@ -75,7 +75,7 @@ impl PoseColumns {
     /// up to and including that. `None` if anything is not as the service itself would write it; then serde reads
     /// the text, and says what is wrong if something is.
     pub(super) fn read_elements(text: &[u8]) -> Option<(Self, usize)> {
-        let mut poses = Self::of_a_document();
+        let mut poses = Self::with_room_for_few();
         let mut rest = Rest { text, at: 0 };
         if rest.takes(b']') {
             return Some((poses, rest.at));
@@ -166,7 +166,7 @@ impl<'de> Visitor<'de> for Elements {
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<PoseColumns, A::Error> {
-        let mut poses = PoseColumns::of_a_document();
+        let mut poses = PoseColumns::with_room_for_few();
         while let Some(pose) = seq.next_element::<Pose>()? {
             poses.push(&pose);
         }

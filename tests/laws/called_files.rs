@@ -176,44 +176,91 @@ fn a_file_that_cannot_be_followed_refuses_the_program_at_its_call() {
     let too_long = format!("M99\n(O2)\n{long}\n");
     let unreadable = [("2.nc", too_long.as_str())];
     let cases: [Refused<'_>; 9] = [
-        (Dialect::Iso, format!("{iso}M98 P2\n"), &unreadable, "the file `2.nc`: line 3 is longer than"),
+        (
+            Dialect::Iso,
+            format!("{iso}M98 P2\n"),
+            &unreadable,
+            "in the called file `2.nc`: line 3 is longer than",
+        ),
         (
             Dialect::Iso,
             format!("{iso}o2 call\n"),
             &[("2.ngc", "o2 sub\nM73\nG91 X1\no2 endsub\n")],
-            "line 3 calls `2.ngc`; there line 2, column 1: `M73`",
+            "line 3 (called file `2.ngc`, line 2), column 1: `M73`",
         ),
         (
             Dialect::Iso,
             format!("{iso}M98 P2\n"),
             &[("2.nc", "X1\nY2\n")],
-            "line 3 calls `2.nc`; there line 2, column 1: `Y2`: the called file ends",
+            "line 3 (called file `2.nc`, line 2), column 1: `Y2`: the called file ends",
         ),
-        (Dialect::Iso, format!("{iso}M98 P2\n"), &[("2.nc", "")], "line 3, column 1: "),
+        (Dialect::Iso, format!("{iso}M98 P2\n"), &[("2.nc", "")], "line 3, column 1: `M98 P2`"),
         (Dialect::Iso, format!("{iso}M98 P2\n"), &[("2.nc", "X1\nM98 P2\nM99\n")], "must not call itself"),
         (
             Dialect::Iso,
             format!("{iso}M98 P2\n"),
             &[("2.nc", "X1\nGOTO 5\nM99\n")],
-            "line 3 calls `2.nc`; there line 2, column 1: `GOTO 5`",
+            "line 3 (called file `2.nc`, line 2), column 1: `GOTO 5`",
         ),
         (
             Dialect::Siemens,
             format!("{iso}POCKET\n"),
             &[("POCKET.SPF", "PROC POCKET SAVE\nG91\nM17\n")],
-            "line 3 calls `POCKET.SPF`; there line 1",
+            "line 3 (called file `POCKET.SPF`, line 1)",
         ),
-        (Dialect::Siemens, format!("{iso}POCKET\n"), &[("POCKET.SPF", "X1 M17\n")], "there line 1, column 1"),
+        (
+            Dialect::Siemens,
+            format!("{iso}POCKET\n"),
+            &[("POCKET.SPF", "X1 M17\n")],
+            "line 3 (called file `POCKET.SPF`, line 1), column 1",
+        ),
         (
             Dialect::Heidenhain,
             format!("{mm}CALL PGM P2\n"),
             &[("P2.H", "0 BEGIN PGM P2 INCH\n1 L X+1\n2 END PGM P2 INCH\n")],
-            "line 3 calls `P2.H`; there line ",
+            "line 3 (called file `P2.H`, line ",
         ),
     ];
     for (dialect, main, files, wanted) in cases {
         let refused = understood(dialect, &Several { main: &main, files }).expect_err(&main).to_string();
         assert!(refused.contains(wanted), "{main}{files:?}: {refused}");
+    }
+}
+
+#[test]
+fn a_program_without_end_is_refused_wherever_its_limit_is_reached() {
+    // The limit comes at the call, in the file, at its end or at the jump.
+    for before in 0..5 {
+        let main =
+            format!("{}{}LAB:\nPOCKET\nGOTOB LAB\nM30\n", start(Dialect::Siemens), "POCKET\n".repeat(before));
+        for files in [&[("POCKET.SPF", "X1\n")][..], &[("POCKET.SPF", "X1\n"), ("ZZ.SPF", "Y7 ; other\n")]] {
+            let refused = understood(Dialect::Siemens, &Several { main: &main, files }).expect_err(&main);
+            let refused = refused.to_string();
+            assert!(refused.contains("250000") && !refused.contains("other"), "{before}: {refused}");
+        }
+    }
+}
+
+#[test]
+fn every_faulty_line_of_a_called_file_is_told_with_its_own_fault() {
+    let main = format!("{}M98 P2\nM30\n", start(Dialect::Iso));
+    let faults =
+        |file: &str| match understood(Dialect::Iso, &Several { main: &main, files: &[("parts/2.nc", file)] })
+        {
+            Err(Fault::Program(told)) => told.refusals().map(ToString::to_string).collect::<Vec<_>>(),
+            other => panic!("{file}: {other:?}"),
+        };
+    for (file, wanted) in [
+        ("O2\nX1..2\nY5\nZ3..4 K\nM99\n", [(2, ".2"), (4, ".4")]),
+        ("O2\nX[1/0]\nY2\nX1..2\nM99\n", [(2, "1/0"), (4, ".2")]),
+        ("O2\nX1..2\nY2\nX[1/0]\nM99\n", [(2, ".2"), (4, "1/0")]),
+    ] {
+        let found = faults(file);
+        assert_eq!(found.len(), 2, "{file}{found:?}");
+        for (told, (line, text)) in found.iter().zip(wanted) {
+            let place = format!("line 3 (called file `2.nc`, line {line}), column ");
+            assert!(told.starts_with(&place) && told.contains(text), "{file}{told}");
+        }
     }
 }
 

@@ -12,9 +12,9 @@ use super::walk::{ALIVE, HELD, LIMIT, PLAIN, Stop, Walk, branch_words, branch_wo
 use super::{InverseError, Kinematics, REACH_SLACK_RAD, ToolPose};
 use crate::geometry::trig;
 
-/// From this many numbers on, memory comes cleared from the system, and is not touched before it is used. Fewer numbers
-/// come faster from the memory that the allocator has at hand, which gives no cleared memory.
-const CLEARED_BY_THE_SYSTEM: usize = 512;
+/// From this many numbers on, the system gives memory of zeros, page by page as it is used. For fewer numbers, the memory
+/// that the allocator has at hand is faster.
+const ZEROED_BY_THE_SYSTEM: usize = 512;
 
 /// The directions found so far.
 pub(super) struct Examination {
@@ -80,7 +80,7 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// Memory for `count` poses, and the state before the first.
     pub(super) fn begin(&mut self, count: usize) -> Examination {
         for lane in self.out.joints.each_mut().into_iter().chain([&mut self.out.conditioning]) {
-            if lane.capacity() < count && count >= CLEARED_BY_THE_SYSTEM {
+            if lane.capacity() < count && count >= ZEROED_BY_THE_SYSTEM {
                 *lane = vec![0.0; count];
             }
             lane.resize(count, 0.0);

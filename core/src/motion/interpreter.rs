@@ -296,7 +296,9 @@ impl Interpreter {
                 diagnostics.push(at_block(batch, block, DiagnosticCode::TemplateText { text }));
             }
             BlockKind::Malformed => {
-                let fault = batch.faults().iter().find(|fault| fault.line == block.line);
+                // In a called file, all blocks have the line of the call.
+                let place = (block.line, batch.called_line(block));
+                let fault = batch.faults().iter().find(|fault| (fault.line, fault.called) == place);
                 diagnostics.extend(fault.copied());
             }
         }

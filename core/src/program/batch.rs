@@ -195,7 +195,7 @@ pub struct Batch {
     pub(super) is_evaluated: bool,
     /// Where its blocks are, if they are in a file that the program calls. Their lines are then those of the call.
     pub(super) called: Vec<PlaceInFile>,
-    /// The name of that file.
+    /// The name of the called file.
     pub(super) called_name: Excerpt,
 }
 
@@ -268,7 +268,7 @@ impl Batch {
         self.called.get(block).copied()
     }
 
-    /// Where one of its blocks is, for a message about it, if that is in a file that the program calls.
+    /// The called file and the line of a block in it; `None` for a block of the main program.
     #[must_use]
     pub fn called_line(&self, block: &Block) -> Option<CalledLine> {
         let index = self.blocks.partition_point(|other| other.start < block.start);

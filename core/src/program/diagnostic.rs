@@ -326,7 +326,7 @@ pub struct ByteSpan {
     pub end: u64,
 }
 
-/// A line of a file that the program calls, for messages.
+/// A line of a called file, as messages print it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CalledLine {
     /// The beginning of the file's name.
@@ -337,13 +337,13 @@ pub struct CalledLine {
 
 /// A fact about one place of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error("line {line}{}, column {column}: {code}", there(*called))]
+#[error("line {line}{}, column {column}: {code}", called_place(*called))]
 pub struct Diagnostic {
     /// The fact.
     pub code: DiagnosticCode,
     /// 1-based line of the upload. For a place in a called file, the line of the call.
     pub line: u64,
-    /// The place, if it is in a file that the program calls.
+    /// The called file and the line in it; `None` in the main program.
     pub called: Option<CalledLine>,
     /// 1-based byte within the line.
     pub column: u32,
@@ -351,8 +351,9 @@ pub struct Diagnostic {
     pub span: ByteSpan,
 }
 
-fn there(called: Option<CalledLine>) -> String {
-    called.map_or_else(String::new, |CalledLine { file, line }| format!(" calls `{file}`; there line {line}"))
+fn called_place(called: Option<CalledLine>) -> String {
+    called
+        .map_or_else(String::new, |CalledLine { file, line }| format!(" (called file `{file}`, line {line})"))
 }
 
 impl Diagnostic {

@@ -35,6 +35,7 @@ pub use diagnostic::{ByteSpan, CalledLine, Diagnostic, DiagnosticCode, Diagnosti
 pub use dialect::{CycleUnread, Dialect, DialectRules, ForeignDialect, Grammar, WritingOut};
 pub use eight_digits::eight_digits;
 pub use fault::{ReadFault, WriteFault};
+pub(crate) use flow::without_folders;
 pub use flow::{ProgramRun, SubprogramFile};
 pub use keyword::Keyword;
 pub use number::{MAX_MAGNITUDE, POWERS_OF_TEN};

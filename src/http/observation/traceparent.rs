@@ -43,7 +43,7 @@ impl Trace {
         }
     }
 
-    /// The same text as `Display`. Every answer has it, so its digits are those of ids, which are printed fast.
+    /// The same text as `Display`. Every answer has it. The library of ids prints its digits, because that is fast.
     pub(in crate::http) fn text(&self) -> [u8; LENGTH] {
         const SPAN_ID: std::ops::Range<usize> = 36..52;
         let mut text = *b"00-00000000000000000000000000000000-0000000000000000-00";

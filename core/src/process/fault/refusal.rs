@@ -9,7 +9,9 @@ use super::left_out::LeftOutReason;
 use super::tool_unknown::ToolUnknown;
 use super::verification_fault::VerificationFault;
 use crate::contact::{Effort, EffortEnd};
-use crate::program::{Diagnostics, Dialect, Excerpt, ReadFault, Severity, StepName, WriteFault};
+use crate::program::{
+    Diagnostics, Dialect, Excerpt, ReadFault, Severity, StepName, WriteFault, without_folders,
+};
 use crate::servo::ServoFault;
 
 /// The first fault, and the number of faults.
@@ -64,11 +66,11 @@ pub enum Fault {
     #[error(transparent)]
     Unreadable(#[from] ReadFault),
     /// The text of a file that the program may call cannot be read.
-    #[error("the file `{}`: {fault}", Excerpt::new(file.as_bytes()))]
+    #[error("in the called file `{}`: {fault}", Excerpt::new(without_folders(file).as_bytes()))]
     UnreadableFile {
         /// The name with which it was sent.
         file: String,
-        /// The reason, with a line of this file.
+        /// The reason. Its line counts in this file.
         fault: ReadFault,
     },
     /// Blocks that cannot be read or followed, and that affect other blocks.

@@ -75,9 +75,7 @@ impl ProgramRun {
         if dialect.rules().file_end_returns {
             return self.return_from_call(true);
         }
-        // The message stands at its last block.
-        let body = self.files.body(self.file);
-        self.at = self.at.saturating_sub(1).max(body.start.saturating_sub(1));
+        self.step_back_into_the_text();
         Course::Fail(DiagnosticCode::NoReturn { text: self.excerpt() })
     }
 

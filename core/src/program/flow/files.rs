@@ -25,7 +25,7 @@ struct Extent {
     body: Range<usize>,
     /// The name of the program in its text.
     name: Option<PlaceName>,
-    /// The name with which the file was sent; none for the main program.
+    /// The name with which the file was sent, without its folders; empty for the main program.
     file_name: Excerpt,
 }
 
@@ -55,7 +55,7 @@ impl Files {
             let count: usize = batches.iter().map(|batch| batch.blocks().len()).sum();
             let (body, own) = body(batches);
             let body = first + body.start..first + body.end;
-            let file_name = Excerpt::new(name.as_bytes());
+            let file_name = Excerpt::new(without_folders(name).as_bytes());
             files.extents.push(Extent { blocks: first..first + count, body, name: own, file_name });
             for name in names(name) {
                 let files = files.names.entry(name).or_default();
@@ -127,10 +127,15 @@ fn body(batches: &[Batch]) -> (Range<usize>, Option<PlaceName>) {
     (start..start + rest.count(), name)
 }
 
+/// The name of a file without its path. Long paths would leave no room for the name in a message.
+pub(crate) fn without_folders(file: &str) -> &str {
+    file.rsplit(['/', '\\', ':']).next().unwrap_or(file)
+}
+
 /// The names by which calls may mean a file, in upper case: as it is written without its path, without its extension,
 /// without the marks `_N_`, `_SPF` and `_MPF`, and with its number alone or after O.
 fn names(file: &str) -> Vec<PlaceName> {
-    let whole = file.rsplit(['/', '\\', ':']).next().unwrap_or(file).to_ascii_uppercase();
+    let whole = without_folders(file).to_ascii_uppercase();
     let stem = whole.rsplit_once('.').map_or(whole.as_str(), |(stem, _)| stem);
     let mut names = vec![whole.clone(), stem.to_owned()];
     if let Some(marked) = stem.strip_prefix("_N_") {

@@ -10,4 +10,5 @@ mod places;
 mod run;
 
 pub use files::SubprogramFile;
+pub(crate) use files::without_folders;
 pub use run::ProgramRun;

@@ -169,6 +169,7 @@ impl ProgramRun {
             }
             self.steps += 1;
             let course = if self.steps > MAX_STEPS {
+                self.step_back_into_the_text();
                 Course::Fail(DiagnosticCode::RunsTooLong { text: self.excerpt(), max: MAX_STEPS })
             } else if self.at >= end {
                 self.end_of_file()
@@ -220,9 +221,30 @@ impl ProgramRun {
         self.batches.get(index).zip(self.first_blocks.get(index).copied())
     }
 
+    /// From the end of a called file to its last block, or to the call if the file has none. A message needs a block.
+    pub(super) fn step_back_into_the_text(&mut self) {
+        let body = self.files.body(self.file);
+        if self.at < body.end {
+            return;
+        }
+        if !body.is_empty() {
+            self.at = body.end - 1;
+        } else if let Some(caller) = self.callers.pop() {
+            self.file = caller.file;
+            self.at = caller.back.saturating_sub(1).max(self.files.blocks(caller.file).start);
+        }
+    }
+
     /// Ends the run with the present block as one of this kind.
     fn end_with(&mut self, kind: BlockKind, code: Option<DiagnosticCode>, batch: &mut Batch) -> bool {
         self.copy(self.at + 1, batch);
+        if batch.blocks.is_empty() {
+            // A run that is refused must never look like one that is over.
+            self.callers.clear();
+            self.file = 0;
+            self.at = self.files.blocks(0).end.saturating_sub(1);
+            self.copy(self.at + 1, batch);
+        }
         batch.is_evaluated = true;
         let called = batch.blocks().first().and_then(|block| batch.called_line(block));
         if let Some(block) = batch.blocks.first_mut() {

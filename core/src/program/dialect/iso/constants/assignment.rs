@@ -282,6 +282,7 @@ fn refuse(batch: &mut Batch, index: usize, fault: Diagnostic) {
         block.kind = BlockKind::Malformed;
         block.words_end = block.words_start;
     }
-    let place = batch.faults.partition_point(|other| other.line <= fault.line);
+    let line = |fault: &Diagnostic| (fault.line, fault.called.map(|called| called.line));
+    let place = batch.faults.partition_point(|other| line(other) <= line(&fault));
     batch.faults.insert(place, fault);
 }
