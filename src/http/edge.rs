@@ -71,7 +71,8 @@ impl Service<Request> for Edge {
 /// Every request passes through this once, on the way to its handler.
 async fn pass(app: &AppState, request: Request, route: Route) -> Response {
     watch(app, request, |request| async move {
-        // Pinned here. The futures around it then move a pointer, and not two thousand bytes.
+        // Pinned here. The futures around it then move a pointer, and not two thousand bytes. If the client leaves, it is
+        // dropped after them: nothing in it may need the span or the account of the request while it is dropped.
         let admitted = pin!(admitted(app, request, route));
         caught(within_time(app, admitted)).await
     })
