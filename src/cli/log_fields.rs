@@ -180,8 +180,8 @@ mod tests {
                 tracing::info!(status = 200_u16, elapsed_ms = 0.25, good = true, "answered");
                 span.record("late", "x\"y\\z");
                 tracing::info!(
-                    a = 1e-5,
-                    b = 9.9e-6,
+                    a = 1e-4,
+                    b = 9.9e-5,
                     c = 0.1 + 0.2,
                     d = 123_456.0,
                     e = 1e14 / 3.0,

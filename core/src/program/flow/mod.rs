@@ -7,6 +7,7 @@
 mod calls;
 mod files;
 mod places;
+mod refused;
 mod run;
 
 pub use files::SubprogramFile;

@@ -9,9 +9,7 @@ use super::places::{Turn, Turns};
 use crate::program::course::{
     Comparison, EndInCall, Piece, PlaceName, Search, Statement, Step, Structure, When,
 };
-use crate::program::{
-    Batch, Block, BlockKind, ByteSpan, Constants, Diagnostic, DiagnosticCode, Dialect, Excerpt,
-};
+use crate::program::{Batch, Block, BlockKind, Constants, DiagnosticCode, Dialect, Excerpt};
 
 /// The most blocks and statements that a program runs. A control has no such bound, but a program that reaches this one
 /// is most likely one that never ends.
@@ -90,7 +88,7 @@ pub struct ProgramRun {
     /// The files that were called so far.
     pub(super) called: BTreeSet<usize>,
     steps: u64,
-    has_ended: bool,
+    pub(super) has_ended: bool,
 }
 
 impl ProgramRun {
@@ -202,7 +200,7 @@ impl ProgramRun {
     }
 
     /// Copies the blocks from the present one to `stop`, as far as one batch goes. Returns where they end.
-    fn copy(&self, stop: usize, batch: &mut Batch) -> usize {
+    pub(super) fn copy(&self, stop: usize, batch: &mut Batch) -> usize {
         let Some((source, first)) = self.batch_of(self.at) else { return stop };
         let last = stop.min(first + source.blocks().len());
         source.copy_blocks(self.at - first, last - first, batch);
@@ -219,50 +217,6 @@ impl ProgramRun {
     fn batch_of(&self, block: usize) -> Option<(&Batch, usize)> {
         let index = self.first_blocks.partition_point(|first| *first <= block).checked_sub(1)?;
         self.batches.get(index).zip(self.first_blocks.get(index).copied())
-    }
-
-    /// From the end of a called file to its last block, or to the call if the file has none. A message needs a block.
-    pub(super) fn step_back_into_the_text(&mut self) {
-        let body = self.files.body(self.file);
-        if self.at < body.end {
-            return;
-        }
-        if !body.is_empty() {
-            self.at = body.end - 1;
-        } else if let Some(caller) = self.callers.pop() {
-            self.file = caller.file;
-            self.at = caller.back.saturating_sub(1).max(self.files.blocks(caller.file).start);
-        }
-    }
-
-    /// Ends the run with the present block as one of this kind.
-    fn end_with(&mut self, kind: BlockKind, code: Option<DiagnosticCode>, batch: &mut Batch) -> bool {
-        self.copy(self.at + 1, batch);
-        if batch.blocks.is_empty() {
-            // A run that is refused must never look like one that is over.
-            self.callers.clear();
-            self.file = 0;
-            self.at = self.files.blocks(0).end.saturating_sub(1);
-            self.copy(self.at + 1, batch);
-        }
-        batch.is_evaluated = true;
-        let called = batch.blocks().first().and_then(|block| batch.called_line(block));
-        if let Some(block) = batch.blocks.first_mut() {
-            block.kind = kind;
-            block.words_end = block.words_start;
-            let start = batch.offset + u64::from(block.start);
-            let end = batch.offset + u64::from(block.body_end);
-            batch.faults.clear();
-            batch.faults.extend(code.map(|code| Diagnostic {
-                code,
-                line: block.line,
-                called,
-                column: 1,
-                span: ByteSpan { start, end },
-            }));
-        }
-        self.has_ended = true;
-        true
     }
 
     /// The line of the present block in its file.
