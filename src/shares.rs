@@ -7,6 +7,7 @@ use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use foldhash::fast::RandomState;
 use thiserror::Error;
 
 /// Callers that are counted together.
@@ -199,7 +200,7 @@ struct Shared {
 #[derive(Debug, Default)]
 struct Counts {
     all: u64,
-    by: HashMap<Who, u64>,
+    by: HashMap<Who, u64, RandomState>,
 }
 
 impl Shares {

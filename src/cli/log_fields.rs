@@ -84,7 +84,8 @@ impl Visit for Plain<'_> {
         }
         let needs_no_escape = |byte| is_printable(byte) && byte != b'"' && byte != b'\\';
         self.write(field, |text| {
-            if !value.bytes().all(needs_no_escape) {
+            // All bytes are looked at, several at a time.
+            if !value.bytes().fold(true, |all, byte| all & needs_no_escape(byte)) {
                 return write!(text, "{value:?}");
             }
             text.push('"');
@@ -110,7 +111,10 @@ impl Visit for Plain<'_> {
         if !Self::is_plain(field) {
             return self.record_debug(field, &value);
         }
-        self.write(field, |text| write!(text, "{value}"));
+        self.write(field, |text| {
+            text.push_str(itoa::Buffer::new().format(value));
+            Ok(())
+        });
     }
 
     fn record_error(&mut self, field: &Field, value: &(dyn Error + 'static)) {

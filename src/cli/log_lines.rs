@@ -17,6 +17,9 @@ const GATHERED_FOR: Duration = Duration::from_millis(10);
 /// From this length on, the thread that adds a line also writes all lines \[bytes\].
 const MOST_WAITING: usize = 1 << 20;
 
+/// Memory for lines that is kept after they were written: the lines of a busy moment \[bytes\].
+const MOST_KEPT: usize = 512 << 10;
+
 /// Lines that wait. Clones share them.
 #[derive(Debug)]
 pub(super) struct LogLines<W>(Arc<Shared<W>>);
@@ -33,7 +36,16 @@ struct Shared<W> {
     /// The first line has come.
     begun: Condvar,
     /// The lock keeps the order: it is taken before the lines that are written with it.
-    out: Mutex<W>,
+    out: Mutex<Out<W>>,
+}
+
+/// Where lines are written, and memory for them.
+#[derive(Debug)]
+struct Out<W> {
+    to: W,
+    /// Empty. It takes turns with the lines that wait: memory that is given back for each write would have to be asked
+    /// for again, page by page.
+    spare: Vec<u8>,
 }
 
 /// Writes all lines when it is dropped.
@@ -57,8 +69,11 @@ impl<W: Write + Send + 'static> LogLines<W> {
     /// # Errors
     /// The thread cannot be started.
     pub(super) fn new(out: W) -> io::Result<Self> {
-        let lines =
-            Self(Arc::new(Shared { waiting: Mutex::default(), begun: Condvar::new(), out: Mutex::new(out) }));
+        let lines = Self(Arc::new(Shared {
+            waiting: Mutex::default(),
+            begun: Condvar::new(),
+            out: Mutex::new(Out { to: out, spare: Vec::new() }),
+        }));
         let writer = lines.clone();
         std::thread::Builder::new().name("log".to_owned()).spawn(move || writer.keep_writing())?;
         Ok(lines)
@@ -95,9 +110,12 @@ impl<W: Write + Send + 'static> LogLines<W> {
     /// Writes all lines that wait.
     fn write_out(&self) {
         let mut out = locked(&self.0.out);
-        let lines = std::mem::take(&mut *locked(&self.0.waiting));
+        let Out { to, spare } = &mut *out;
+        std::mem::swap(spare, &mut *locked(&self.0.waiting));
         // A failed write cannot be reported anywhere.
-        let _written = out.write_all(&lines).and_then(|()| out.flush());
+        let _written = to.write_all(spare).and_then(|()| to.flush());
+        spare.clear();
+        spare.shrink_to(MOST_KEPT);
     }
 
     fn add(&self, line: &[u8]) {

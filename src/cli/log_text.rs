@@ -10,7 +10,7 @@ use tracing::{Event, Level, Subscriber};
 use tracing_subscriber::fmt::format::{Format, FormatEvent, FormatFields, Full, Writer};
 use tracing_subscriber::fmt::time::{FormatTime, SystemTime};
 use tracing_subscriber::fmt::{FmtContext, FormattedFields};
-use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::registry::{LookupSpan, SpanRef};
 
 use crate::jobs::system_time;
 
@@ -94,18 +94,8 @@ where
             Level::DEBUG => " DEBUG ",
             Level::TRACE => " TRACE ",
         })?;
-        if let Some(spans) = context.event_scope() {
-            for span in spans.from_root() {
-                writer.write_str(span.name())?;
-                if let Some(fields) = span.extensions().get::<FormattedFields<F>>()
-                    && !fields.is_empty()
-                {
-                    writer.write_str("{")?;
-                    writer.write_str(fields)?;
-                    writer.write_str("}")?;
-                }
-                writer.write_str(":")?;
-            }
+        if let Some(span) = context.event_scope().and_then(|mut spans| spans.next()) {
+            print_spans::<S, F>(&span, &mut writer)?;
             writer.write_str(" ")?;
         }
         writer.write_str(about.target())?;
@@ -113,6 +103,26 @@ where
         context.format_fields(writer.by_ref(), event)?;
         writer.write_str("\n")
     }
+}
+
+/// Prints a span with its fields, after the spans around it.
+fn print_spans<S, F>(span: &SpanRef<'_, S>, writer: &mut Writer<'_>) -> fmt::Result
+where
+    S: for<'l> LookupSpan<'l>,
+    F: 'static,
+{
+    if let Some(around) = span.parent() {
+        print_spans::<S, F>(&around, writer)?;
+    }
+    writer.write_str(span.name())?;
+    if let Some(fields) = span.extensions().get::<FormattedFields<F>>()
+        && !fields.is_empty()
+    {
+        writer.write_str("{")?;
+        writer.write_str(fields)?;
+        writer.write_str("}")?;
+    }
+    writer.write_str(":")
 }
 
 #[cfg(test)]

@@ -25,9 +25,9 @@ pub(super) fn open(settings: &Settings) -> std::io::Result<WrittenAtEnd<Stderr>>
     let opened = match settings.log_format {
         LogFormat::Text => {
             let lines = lines.fmt_fields(PlainFields).event_format(TextLines::new(LineTime));
-            registry.with(lines.with_filter(filter)).try_init()
+            registry.with(filter).with(lines).try_init()
         }
-        LogFormat::Json => registry.with(lines.with_timer(LineTime).json().with_filter(filter)).try_init(),
+        LogFormat::Json => registry.with(filter).with(lines.with_timer(LineTime).json()).try_init(),
     };
     match (opened.is_ok(), settings.log_format) {
         (true, LogFormat::Text) => log.written_before_panics(),

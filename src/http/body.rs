@@ -154,7 +154,7 @@ impl Incoming {
                 Some(Err(fault)) => {
                     let refusal = broken(&fault);
                     if refusal.kind() == ProblemType::BodyTooLarge {
-                        self.swallow().await;
+                        Box::pin(self.swallow()).await;
                     }
                     return Err(refusal);
                 }
@@ -171,9 +171,10 @@ impl Incoming {
 
     /// The whole body.
     pub(super) async fn whole(&mut self, headers: &HeaderMap, limit: u64) -> Result<Bytes, Problem> {
+        // Refusals are boxed because they are rare: otherwise their memory would be part of every request's.
         let announced = content_length(headers);
         if announced.is_some_and(|length| length > limit) {
-            return Err(self.refuse_length(limit).await);
+            return Err(Box::pin(self.refuse_length(limit)).await);
         }
         // A small body comes in one chunk, which is used as it is.
         let mut first = Bytes::new();
@@ -182,7 +183,7 @@ impl Incoming {
         while let Some(chunk) = self.next().await? {
             if (first.len().max(whole.len()) + chunk.len()) as u64 > limit {
                 drop((first, whole));
-                return Err(self.refuse_length(limit).await);
+                return Err(Box::pin(self.refuse_length(limit)).await);
             }
             if first.is_empty() {
                 first = chunk;
@@ -193,7 +194,7 @@ impl Incoming {
             }
             if let Err(fault) = paid.grow_to(whole.len() + chunk.len()) {
                 drop((first, whole));
-                self.swallow().await;
+                Box::pin(self.swallow()).await;
                 return Err(fault.into());
             }
             whole.extend_from_slice(&chunk);

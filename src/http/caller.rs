@@ -3,16 +3,9 @@
 use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};
 
-use axum::extract::{FromRequestParts, MatchedPath};
-use http::Extensions;
-use http::request::Parts;
-
-use super::AppState;
 use super::problem::Problem;
-use super::request_id::RequestId;
 use crate::jobs::HeldKey;
-use crate::store::Actor;
-use crate::wire::{AuditOrigin, Scope};
+use crate::wire::Scope;
 
 /// The caller; cheap to clone. Every request has one after it has passed the guard.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,48 +58,4 @@ impl Caller {
     pub fn must_reach(&self, machine_id: &str) -> Result<(), Problem> {
         if self.reaches(machine_id) { Ok(()) } else { Err(Problem::machine_not_found(machine_id)) }
     }
-}
-
-impl FromRequestParts<AppState> for Caller {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _app: &AppState) -> Result<Self, Problem> {
-        caller(&parts.extensions)
-    }
-}
-
-/// The caller.
-///
-/// # Errors
-/// The request did not pass the guard. That is a fault of the service, and the request is refused.
-pub(super) fn caller(extensions: &Extensions) -> Result<Caller, Problem> {
-    let found = extensions.get::<Caller>().cloned();
-    found.ok_or_else(|| Problem::internal(&"a request did not pass the guard"))
-}
-
-/// The author of a change, for the audit log.
-#[derive(Debug)]
-pub(super) struct By(pub(super) Actor);
-
-impl FromRequestParts<AppState> for By {
-    type Rejection = Problem;
-
-    async fn from_request_parts(parts: &mut Parts, _app: &AppState) -> Result<Self, Problem> {
-        actor(parts).map(Self)
-    }
-}
-
-/// The author of a change, for the audit log.
-///
-/// # Errors
-/// The request did not pass the guard.
-pub(super) fn actor(parts: &Parts) -> Result<Actor, Problem> {
-    let found = &parts.extensions;
-    Ok(Actor {
-        origin: AuditOrigin::Http,
-        key_id: caller(found)?.key_id.map(|id| id.to_string()),
-        method: Some(parts.method.to_string()),
-        route: found.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
-        request_id: found.get::<RequestId>().map(|id| id.as_str().to_owned()),
-    })
 }

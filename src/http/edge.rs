@@ -1,12 +1,9 @@
-//! The steps of every request on its way to a handler, and their refusals: the deadline, a panic, an address or a
+//! The steps of every request on its way to a handler, and their refusals: no account for its memory, an address or a
 //! method that does not exist.
 
-use std::any::Any;
 use std::convert::Infallible;
-use std::panic::AssertUnwindSafe;
 use std::pin::pin;
 use std::task::{Context, Poll};
-use std::time::Duration;
 
 use axum::extract::Request;
 use axum::response::{IntoResponse, Response};
@@ -22,16 +19,16 @@ use super::admission::{admit, asks, is_watching};
 use super::coding::{TAKEN, coding, unpacked};
 use super::date::dated;
 use super::framing::chunked_or_plain;
-use super::guard::guard;
+use super::guard::{guard, refusal};
 use super::host::one_host;
 use super::note_refusal::note_refusal;
 use super::printed::settled;
 use super::problem::{Problem, ProblemType};
+use super::rates::Who;
 use super::security_log::Reason;
 use super::watch::watch;
-use super::within::within;
 use crate::jobs::asked_by;
-use crate::jobs::memory::paid_by;
+use crate::jobs::memory::{Account, paid_by};
 
 /// Adds the steps of every request in front of each route.
 #[derive(Debug, Clone)]
@@ -64,64 +61,72 @@ impl Service<Request> for Edge {
 
     fn call(&mut self, request: Request) -> Self::Future {
         let Self { app, route } = self.clone();
-        Box::pin(async move { Ok(dated(pass(&app, request, route).await)) })
+        let answered = watch(self.app.clone(), request, |request| admitted(app, request, route));
+        Box::pin(answered.map(|response| Ok(dated(response))))
     }
 }
 
-/// Every request passes through this once, on the way to its handler.
-async fn pass(app: &AppState, request: Request, route: Route) -> Response {
-    watch(app, request, |request| async move {
-        // Pinned here. The futures around it then move a pointer, and not two thousand bytes. If the client leaves, it is
-        // dropped after them: nothing in it may need the span or the account of the request while it is dropped.
-        let admitted = pin!(admitted(app, request, route));
-        caught(within_time(app, admitted)).await
-    })
-    .await
-}
+// These functions return the future of a block. An async function would keep the request twice, as an argument and as a
+// variable, and every step would move that much memory.
 
 /// The answer to a request, if the request is admitted.
-async fn admitted(app: &AppState, request: Request, route: Route) -> Response {
-    if let Err(problem) = one_host(&request) {
-        note_refusal(app, Reason::Host, None, request.method(), request.extensions());
-        return problem.into_response();
+#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+fn admitted(app: AppState, mut request: Request, route: Route) -> impl Future<Output = Response> {
+    async move {
+        if let Err(problem) = one_host(&request) {
+            note_refusal(&app, Reason::Host, None, request.method(), request.extensions());
+            return problem.into_response();
+        }
+        if let Err(problem) = chunked_or_plain(&request) {
+            return problem.into_response();
+        }
+        if let Err(refused) = guard(&app, &mut request).await {
+            // Boxed because it is rare: otherwise its memory would be part of every request's.
+            return Box::pin(refusal(&app, refused, request)).await;
+        }
+        let (who, account) = match opened(&app, &request) {
+            Ok(opened) => opened,
+            Err(refusal) => return *refusal,
+        };
+        let answered = pin!(answered(request, route));
+        let Some(account) = account else { return answered.await };
+        let response = paid_by(account.clone(), asked_by(who, answered)).await;
+        settled(&app, account, response).await
     }
-    if let Err(problem) = chunked_or_plain(&request) {
-        return problem.into_response();
+}
+
+/// The caller of a request that has passed the guard, and the account that reserves the memory for its work. Requests
+/// of monitoring need no account: they are answered whatever memory they need.
+///
+/// # Errors
+/// The answer to a request that must not reach its handler.
+fn opened(app: &AppState, request: &Request) -> Result<(Who, Option<Account>), Box<Response>> {
+    if let Some(refusal) = admit(app, request) {
+        return Err(Box::new(refusal));
     }
-    let request = match guard(app, request).await {
-        Ok(request) => request,
-        Err(refusal) => return *refusal,
-    };
-    if let Some(refusal) = admit(app, &request) {
-        return refusal;
-    }
-    // Monitoring requests are answered whatever memory they need.
+    let who = asks(request);
     if is_watching(request.extensions()) {
-        return answered(request, route).await;
+        return Ok((who, None));
     }
-    let who = asks(&request);
-    let account = match app.memory.open(&who) {
-        Ok(account) => account,
-        Err(fault) => return Problem::from(fault).into_response(),
-    };
-    let answered = pin!(answered(request, route));
-    let response = paid_by(account.clone(), asked_by(who, answered)).await;
-    settled(app, account, response).await
+    match app.memory.open(&who) {
+        Ok(account) => Ok((who, Some(account))),
+        Err(fault) => Err(Box::new(Problem::from(fault).into_response())),
+    }
 }
 
 /// Passes on a request with its decompressed body.
-async fn answered(request: Request, mut route: Route) -> Response {
-    let request = if request.headers().contains_key(CONTENT_ENCODING) {
-        match plain(request) {
-            Ok(request) => request,
-            Err(refusal) => return *refusal,
-        }
-    } else {
-        request
-    };
-    match route.call(request).await {
-        Ok(response) => response,
-        Err(fault) => match fault {},
+#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+fn answered(request: Request, mut route: Route) -> impl Future<Output = Response> {
+    async move {
+        let called = if request.headers().contains_key(CONTENT_ENCODING) {
+            match plain(request) {
+                Ok(request) => route.call(request),
+                Err(refusal) => return *refusal,
+            }
+        } else {
+            route.call(request)
+        };
+        called.await.unwrap_or_else(|fault| match fault {})
     }
 }
 
@@ -134,35 +139,6 @@ fn plain(request: Request) -> Result<Request, Box<Response>> {
     let mut refusal = Problem::new(ProblemType::UnsupportedMediaType, detail).into_response();
     refusal.headers_mut().insert(ACCEPT_ENCODING, HeaderValue::from_static(TAKEN));
     Err(Box::new(refusal))
-}
-
-// The steps after an answer are combined from existing futures. An async function would keep each future twice, as an
-// argument and as the awaited value, and every request would move that much memory.
-
-/// Ends a request that takes too long; its computation is stopped.
-fn within_time(app: &AppState, answered: impl Future<Output = Response>) -> impl Future<Output = Response> {
-    let limit_s = app.settings.request_timeout_s;
-    within(Duration::from_secs_f64(limit_s), answered).map(move |answered| {
-        answered.unwrap_or_else(|| {
-            let detail = format!(
-                "the request took longer than the limit of {limit_s} s; split it, or post it as a job"
-            );
-            Problem::new(ProblemType::TimedOut, detail).into_response()
-        })
-    })
-}
-
-/// Turns a panic into an answer.
-fn caught(answered: impl Future<Output = Response>) -> impl Future<Output = Response> {
-    AssertUnwindSafe(answered)
-        .catch_unwind()
-        .map(|answered| answered.unwrap_or_else(|cause| panicked(&*cause)))
-}
-
-fn panicked(cause: &(dyn Any + Send)) -> Response {
-    let text = cause.downcast_ref::<&str>().map(ToString::to_string);
-    let text = text.or_else(|| cause.downcast_ref::<String>().cloned()).unwrap_or_default();
-    Problem::internal(&format!("a handler panicked: {text}")).into_response()
 }
 
 /// The address does not exist.

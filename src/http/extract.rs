@@ -41,28 +41,31 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
 ///
 /// # Errors
 /// The body is not JSON or cannot be read.
-pub(super) async fn read_document<T: Send + 'static>(
-    request: Request,
+#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+pub(super) fn read_document<T: Send + 'static>(
+    mut request: Request,
     app: &AppState,
     read: fn(&[u8]) -> Result<T, Unreadable>,
-) -> Result<T, Problem> {
-    let (parts, body) = request.into_parts();
-    let kind = media_type(&parts.headers);
-    if !kind.as_deref().is_some_and(is_json) {
-        let found = kind.as_deref().unwrap_or("none");
-        let detail = format!("send application/json, not {found}");
-        return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+) -> impl Future<Output = Result<T, Problem>> {
+    async move {
+        let kind = media_type(request.headers());
+        if !kind.as_deref().is_some_and(is_json) {
+            let found = kind.as_deref().unwrap_or("none");
+            let detail = format!("send application/json, not {found}");
+            return Err(Problem::new(ProblemType::UnsupportedMediaType, detail));
+        }
+        let body = std::mem::take(request.body_mut());
+        let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
+        let text = incoming.whole(request.headers(), app.settings.max_json_bytes).await?;
+        let document = if text.len() > PARSED_AT_ONCE {
+            memory::keep(parsed_bytes(&text))?;
+            // Boxed because it is rare: otherwise its memory would be part of every request's.
+            Box::pin(app.compute.run(move |_stop| read(&text))).await?
+        } else {
+            read(&text)
+        };
+        Ok(document?)
     }
-    let mut incoming = Incoming::new(body, app.settings.body_pause_timeout_s);
-    let text = incoming.whole(&parts.headers, app.settings.max_json_bytes).await?;
-    let document = if text.len() > PARSED_AT_ONCE {
-        memory::keep(parsed_bytes(&text))?;
-        // Boxed because it is rare: otherwise its memory would be part of every request's.
-        Box::pin(app.compute.run(move |_stop| read(&text))).await?
-    } else {
-        read(&text)
-    };
-    Ok(document?)
 }
 
 /// Memory that a document needs for each of its values, including a row of numbers in a list that grows by doubling:

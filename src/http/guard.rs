@@ -3,11 +3,10 @@
 
 use std::sync::Arc;
 
-use axum::body::Body;
-use axum::extract::{FromRequestParts, MatchedPath, RawPathParams, Request};
+use axum::RequestExt;
+use axum::extract::{MatchedPath, RawPathParams, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{AUTHORIZATION, WWW_AUTHENTICATE};
-use http::request::Parts;
 use http::{HeaderMap, HeaderValue, Method};
 
 use super::AppState;
@@ -18,11 +17,12 @@ use super::caller::Caller;
 use super::note_refusal::note_refusal;
 use super::pages::from_here;
 use super::problem::{Problem, ProblemType};
+use super::received::Received;
 use super::security_log::Reason;
 use crate::jobs::{KeyRefusal, key_id_of};
 
 /// A refusal, with its challenge (RFC 6750 §3).
-struct Refused {
+pub(super) struct Refused {
     problem: Problem,
     challenge: Option<String>,
     /// The reason, if it is not a fault of the service.
@@ -63,67 +63,62 @@ impl From<Problem> for Refused {
 
 const REALM: &str = "Bearer realm=\"trunnion\"";
 
-/// Admits a request with a valid key, and adds the caller to the request's extensions.
+/// Admits a request with a valid key, and notes the caller.
 ///
 /// # Errors
-/// The answer to every other request.
-pub(super) async fn guard(app: &AppState, request: Request) -> Result<Request, Box<Response>> {
-    let (mut parts, body) = request.into_parts();
-    let refused = match admitted(app, &mut parts).await {
-        Ok(caller) => {
-            if let Some(id) = &caller.key_id {
-                tracing::Span::current().record("key_id", &**id);
-                app.keys.note_use(&app.store, &app.sources, id);
-            }
-            parts.extensions.insert(caller);
-            return Ok(Request::from_parts(parts, body));
-        }
-        Err(refused) => refused,
-    };
-    // Boxed because it is rare: otherwise its memory would be part of every request's.
-    Err(Box::pin(refusal(app, refused, parts, body)).await)
+/// Every other request; [`refusal`] is the answer.
+pub(super) async fn guard(app: &AppState, request: &mut Request) -> Result<(), Box<Refused>> {
+    let caller = admitted(app, request).await.map_err(Box::new)?;
+    if let Some(id) = &caller.key_id {
+        tracing::Span::current().record("key_id", &**id);
+        app.keys.note_use(&app.store, &app.sources, id);
+    }
+    if let Some(received) = request.extensions_mut().get_mut::<Received>() {
+        received.caller = Some(caller);
+    }
+    Ok(())
 }
 
 /// The answer to a request that is not admitted.
-async fn refusal(app: &AppState, refused: Refused, parts: Parts, body: Body) -> Box<Response> {
+pub(super) async fn refusal(app: &AppState, refused: Box<Refused>, request: Request) -> Response {
     if let Some(id) = &refused.key_id {
         tracing::Span::current().record("key_id", &**id);
     }
     if let Some(reason) = refused.reason {
-        note_refusal(app, reason, refused.key_id.as_deref(), &parts.method, &parts.extensions);
+        note_refusal(app, reason, refused.key_id.as_deref(), request.method(), request.extensions());
     }
     // A caller that guesses keys is counted by address.
-    if let Some(response) = turned_away(app, &parts.method, &parts.extensions, None) {
-        return Box::new(response);
+    if let Some(response) = turned_away(app, request.method(), request.extensions(), None) {
+        return response;
     }
-    Incoming::new(body, app.settings.body_pause_timeout_s).swallow().await;
+    Incoming::new(request.into_body(), app.settings.body_pause_timeout_s).swallow().await;
     let mut response = refused.problem.into_response();
     if let Some(value) = refused.challenge.and_then(|text| HeaderValue::try_from(text).ok()) {
         response.headers_mut().insert(WWW_AUTHENTICATE, value);
     }
-    Box::new(response)
+    response
 }
 
-async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> {
+async fn admitted(app: &AppState, request: &mut Request) -> Result<Caller, Refused> {
     let ring = app.keys.current(&app.store).await.map_err(Problem::from)?;
     let is_open = ring.is_empty() && !app.keys.were_seen() && (app.settings.insecure || is_local(app));
     if is_open {
         if is_local(app) {
-            from_here(parts).map_err(|problem| Refused::because(Reason::ForeignPage, problem))?;
+            from_here(request).map_err(|problem| Refused::because(Reason::ForeignPage, problem))?;
         }
         return Ok(Caller::anybody());
     }
     // An address that does not exist needs no guard.
-    let Some(route) = parts.extensions.get::<MatchedPath>().cloned() else { return Ok(Caller::nobody()) };
+    let Some(route) = request.extensions().get::<MatchedPath>().cloned() else { return Ok(Caller::nobody()) };
     let route = route.as_str();
-    let Need::Scope(scope) = needed(parts.method.as_str(), route) else { return Ok(Caller::nobody()) };
+    let Need::Scope(scope) = needed(request.method().as_str(), route) else { return Ok(Caller::nobody()) };
     if ring.is_empty() {
         // Keys existed before: the database was restored without them, or is another one.
         let detail = "the service has lost its API keys: keys existed before, but none exists now; create one with trunnion keys create, or restore the database";
         let problem = Problem::new(ProblemType::Unauthenticated, detail);
         return Err(Refused::because(Reason::NoKeysMade, problem).challenging(REALM));
     }
-    let text = bearer(&parts.headers)?;
+    let text = bearer(request.headers())?;
     let key = ring.find(text, || app.sources.clock.now()).map_err(|refusal| {
         let problem = Problem::new(ProblemType::Unauthenticated, refusal.to_string());
         let refused = Refused::because(Reason::of(&refusal), problem);
@@ -140,7 +135,7 @@ async fn admitted(app: &AppState, parts: &mut Parts) -> Result<Caller, Refused> 
         return Err(refused.challenging(&format!("{REALM}, error=\"insufficient_scope\", scope=\"{scope}\"")));
     }
     if caller.machines.is_some() {
-        Box::pin(reaches(app, &caller, route, parts)).await.map_err(|problem| {
+        Box::pin(reaches(app, &caller, route, request)).await.map_err(|problem| {
             let of_client = problem.kind().status().is_client_error();
             Refused {
                 reason: of_client.then_some(Reason::Machine),
@@ -175,13 +170,13 @@ fn bearer(headers: &HeaderMap) -> Result<&str, Refused> {
 
 /// Whether the key reaches the machine that the path names. A machine that the body names is checked where the body
 /// is read.
-async fn reaches(app: &AppState, caller: &Caller, route: &str, parts: &mut Parts) -> Result<(), Problem> {
+async fn reaches(app: &AppState, caller: &Caller, route: &str, request: &mut Request) -> Result<(), Problem> {
     let of_machine = route.contains("{machine_id}");
     let of_job = route.starts_with("/v1/jobs/{id}");
     if !of_machine && !of_job {
         return Ok(());
     }
-    let path = RawPathParams::from_request_parts(parts, &()).await;
+    let path = request.extract_parts::<RawPathParams>().await;
     let path = path.map_err(|fault| Problem::new(ProblemType::MalformedRequest, fault.body_text()))?;
     let wanted = if of_machine { "machine_id" } else { "id" };
     let named = path.iter().find(|(name, _)| *name == wanted).map_or("", |(_, value)| value);
@@ -190,7 +185,7 @@ async fn reaches(app: &AppState, caller: &Caller, route: &str, parts: &mut Parts
         let within = machine_id.is_some_and(|machine_id| caller.reaches(&machine_id));
         return if within { Ok(()) } else { Err(Problem::job_not_found(named)) };
     }
-    if parts.method == Method::PUT && route == "/v1/machines/{machine_id}" && !caller.reaches(named) {
+    if request.method() == Method::PUT && route == "/v1/machines/{machine_id}" && !caller.reaches(named) {
         let detail = format!("the key is limited to a list of machines, and {named:?} is not in it");
         return Err(Problem::new(ProblemType::MachineNotAllowed, detail));
     }

@@ -5,6 +5,8 @@ use std::collections::HashMap;
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
+use foldhash::fast::RandomState;
+
 use crate::jobs::MachineUsed;
 
 /// Largest number of machines held.
@@ -16,7 +18,7 @@ const TRUSTED: Duration = Duration::from_secs(1);
 
 /// The machines that were used last.
 #[derive(Debug, Default)]
-pub(super) struct HeldMachines(RwLock<HashMap<Box<str>, Held>>);
+pub(super) struct HeldMachines(RwLock<HashMap<Box<str>, Held, RandomState>>);
 
 #[derive(Debug)]
 struct Held {

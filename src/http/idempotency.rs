@@ -3,8 +3,8 @@
 use http::request::Parts;
 
 use super::AppState;
-use super::caller::Caller;
 use super::problem::{Problem, ProblemType};
+use super::received::Received;
 use crate::jobs::timestamp;
 use crate::store::{JobRow, KeyUse, Remembered, sha256_hex};
 
@@ -31,7 +31,7 @@ pub(super) fn key(parts: &Parts) -> Result<Option<String>, Problem> {
 /// API key has idempotency keys of its own, so that no caller gets the answer of another.
 pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
     let mut key = key?;
-    if let Some(id) = parts.extensions.get::<Caller>().and_then(|caller| caller.key_id.as_ref()) {
+    if let Some(id) = Received::caller_of(&parts.extensions).and_then(|caller| caller.key_id.as_ref()) {
         // A client cannot send a tab.
         key = format!("{id}\t{}", sha256_hex(key.as_bytes()));
     }

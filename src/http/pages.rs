@@ -1,10 +1,10 @@
 //! Requests from pages of other sites. A service without keys trusts every program on its computer, and a browser is
 //! one of them: any page could make it send requests here. Headers of browsers show such requests.
 
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddrV4};
 
+use axum::extract::Request;
 use http::header::{HOST, ORIGIN};
-use http::request::Parts;
 use http::uri::Authority;
 use http::{HeaderMap, HeaderName, Method};
 
@@ -22,19 +22,19 @@ const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 ///
 /// # Errors
 /// The request comes from a page of another site.
-pub(super) fn from_here(parts: &Parts) -> Result<(), Problem> {
-    let authority = parts.uri.authority().map(Authority::as_str);
-    let host = text(&parts.headers, &HOST).or(authority);
+pub(super) fn from_here(request: &Request) -> Result<(), Problem> {
+    let authority = request.uri().authority().map(Authority::as_str);
+    let host = text(request.headers(), &HOST).or(authority);
     if let Some(host) = host.filter(|host| !is_this_computer(host)) {
         let detail = format!(
             "without API keys the service answers only to IP addresses and to localhost, not to the name {host:?}"
         );
         return Err(Problem::new(ProblemType::ForeignPage, detail));
     }
-    if parts.method == Method::GET || parts.method == Method::HEAD {
+    if request.method() == Method::GET || request.method() == Method::HEAD {
         return Ok(());
     }
-    let foreign = match (text(&parts.headers, &FETCH_SITE), text(&parts.headers, &ORIGIN)) {
+    let foreign = match (text(request.headers(), &FETCH_SITE), text(request.headers(), &ORIGIN)) {
         (Some(site), _) => site != "same-origin" && site != "none",
         (None, Some(origin)) => origin.split_once("://").map(|(_, of)| of) != host,
         (None, None) => false,
@@ -53,6 +53,10 @@ fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
 
 /// Whether an authority is an address or a name that belongs to this computer (`localhost`: RFC 6761 §6.3).
 fn is_this_computer(authority: &str) -> bool {
+    // Most clients send this form.
+    if authority.parse::<SocketAddrV4>().is_ok() {
+        return true;
+    }
     let name = match authority.strip_prefix('[').and_then(|rest| rest.split_once(']')) {
         Some((inside, _port)) => inside,
         None => authority.split_once(':').map_or(authority, |(name, _port)| name),

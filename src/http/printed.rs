@@ -250,24 +250,31 @@ fn spool(settings: &Settings) -> PathBuf {
 }
 
 /// The answer, which reserves the memory that it holds until the client has taken it.
-pub(super) async fn settled(app: &AppState, account: Account, response: Response) -> Response {
-    let length = response.body().size_hint().exact();
-    match length {
-        Some(length) if length <= TRIFLE => return response,
-        Some(length) if length <= PAID_ALREADY => account.keep_only(REQUEST_BYTES),
-        Some(length) => {
-            account.keep_only(REQUEST_BYTES);
-            if length > IN_MEMORY as u64 || account.keep(length).is_err() {
-                // The work may have been stored. So the answer is not refused if memory is missing; it waits on the
-                // disk.
-                return Box::pin(on_disk(app, account, response)).await;
+#[expect(clippy::manual_async_fn, reason = "its future keeps the answer once")]
+pub(super) fn settled(
+    app: &AppState,
+    account: Account,
+    response: Response,
+) -> impl Future<Output = Response> {
+    async move {
+        let length = response.body().size_hint().exact();
+        match length {
+            Some(length) if length <= TRIFLE => return response,
+            Some(length) if length <= PAID_ALREADY => account.keep_only(REQUEST_BYTES),
+            Some(length) => {
+                account.keep_only(REQUEST_BYTES);
+                if length > IN_MEMORY as u64 || account.keep(length).is_err() {
+                    // The work may have been stored. So the answer is not refused if memory is missing; it waits on the
+                    // disk.
+                    return Box::pin(on_disk(app, account, response)).await;
+                }
             }
+            None if response.extensions().get::<StillPrinting>().is_some() => {}
+            // A file, or events: the result of the computation is not in memory any more.
+            None => account.keep_only(REQUEST_BYTES),
         }
-        None if response.extensions().get::<StillPrinting>().is_some() => {}
-        // A file, or events: the result of the computation is not in memory any more.
-        None => account.keep_only(REQUEST_BYTES),
+        held(account, response)
     }
-    held(account, response)
 }
 
 fn held(account: Account, response: Response) -> Response {

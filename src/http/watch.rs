@@ -1,19 +1,22 @@
 //! The outermost step of every request: its id, trace, span, log line and counts; and the last check of its answer.
 
+use std::future::poll_fn;
 use std::pin::pin;
 use std::time::{Duration, Instant};
 
 use axum::extract::{MatchedPath, Request};
 use axum::response::{IntoResponse, Response};
 use http::header::{ALLOW, CONTENT_TYPE, HeaderName, LOCATION};
-use http::{HeaderMap, HeaderValue, StatusCode};
+use http::{HeaderMap, HeaderValue, StatusCode, Uri};
+use tracing::Span;
 use tracing::field::Empty;
-use tracing::{Instrument, Span};
 
 use super::AppState;
 use super::answer_guard::guard_answer;
+use super::bounded::bounded;
 use super::observation::{FinishedSpan, Series, Subject, TRACE_ID, Trace};
 use super::problem::{PROBLEM_JSON, Problem, ProblemType};
+use super::received::Received;
 use super::request_id::RequestId;
 use crate::meter;
 
@@ -24,47 +27,53 @@ const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Sets id, trace, span, log line and counts. A refusal that is not yet a problem document becomes one.
-pub(super) async fn watch<Answered: Future<Output = Response>>(
-    app: &AppState,
+#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+pub(super) fn watch<Answered: Future<Output = Response>>(
+    app: AppState,
     mut request: Request,
     answered: impl FnOnce(Request) -> Answered,
-) -> Response {
-    let in_flight = meter::IN_FLIGHT.enter();
-    let fresh = app.sources.ids.next();
-    let trace = Trace::of(request.headers(), fresh);
-    let (request_id, trace_text) = (RequestId::new(fresh), trace.text());
-    let client_request_id = client_request_id(request.headers()).map(ToOwned::to_owned);
-    let matched = request.extensions().get::<MatchedPath>().cloned();
-    let route = matched.as_ref().map(MatchedPath::as_str);
-    // Clones of the address share its bytes.
-    let address = request.uri().clone();
-    let mut watched = Watched {
-        app,
-        route,
-        series: app.operations().of(route, request.method()),
-        subject: route.map_or_else(Subject::default, |pattern| Subject::of(pattern, address.path())),
-        request_id: request_id.as_str(),
-        client_request_id: client_request_id.as_deref(),
-        trace,
-        trace_id: trace_text.get(TRACE_ID).and_then(|id| std::str::from_utf8(id).ok()).unwrap_or_default(),
-        span: Span::none(),
-        began: Instant::now(),
-        ended: false,
-    };
-    watched.open();
-    let span = watched.span.clone();
-    request.extensions_mut().insert(request_id.clone());
-    request.extensions_mut().insert(trace);
-    let answered = pin!(answered(request));
-    let mut response = dressed(answered.instrument(span).await);
-    guard_answer(&mut response, route, app.settings.tls_certificate.is_some());
-    response.headers_mut().insert(REQUEST_ID, request_id.header());
-    if let Ok(value) = HeaderValue::from_bytes(&trace_text) {
-        response.headers_mut().insert(TRACE_RESPONSE, value);
+) -> impl Future<Output = Response> {
+    async move {
+        let in_flight = meter::IN_FLIGHT.enter();
+        let fresh = app.sources.ids.next();
+        let trace = Trace::of(request.headers(), fresh);
+        let (request_id, trace_text) = (RequestId::new(fresh), trace.text());
+        let client_request_id = client_request_id(request.headers()).map(ToOwned::to_owned);
+        let matched = request.extensions().get::<MatchedPath>().cloned();
+        let route = matched.as_ref().map(MatchedPath::as_str);
+        let mut watched = Watched {
+            app: &app,
+            route,
+            series: app.operations().of(route, request.method()),
+            address: app.exporter().map(|_exporter| request.uri().clone()),
+            request_id: request_id.as_str(),
+            client_request_id: client_request_id.as_deref(),
+            trace,
+            trace_id: trace_text
+                .get(TRACE_ID)
+                .and_then(|id| std::str::from_utf8(id).ok())
+                .unwrap_or_default(),
+            span: Span::none(),
+            began: Instant::now(),
+            ended: false,
+        };
+        watched.open(request.uri());
+        request.extensions_mut().insert(Received { id: request_id, trace, caller: None });
+        // Pinned here. The futures around it then move a pointer, and not two thousand bytes. If the client leaves, it is
+        // dropped after them: nothing in it may need the span or the account of the request while it is dropped.
+        let answered = pin!(answered(request));
+        let mut bounded = pin!(bounded(&app, answered));
+        let within_span = poll_fn(|context| watched.span.in_scope(|| bounded.as_mut().poll(context)));
+        let mut response = dressed(within_span.await);
+        guard_answer(&mut response, route, app.settings.tls_certificate.is_some());
+        response.headers_mut().insert(REQUEST_ID, request_id.header());
+        if let Ok(value) = HeaderValue::from_bytes(&trace_text) {
+            response.headers_mut().insert(TRACE_RESPONSE, value);
+        }
+        watched.end(&response);
+        drop(in_flight);
+        response
     }
-    watched.end(&response);
-    drop(in_flight);
-    response
 }
 
 /// A running request. If it is dropped before its end, the client has left.
@@ -72,7 +81,8 @@ struct Watched<'a> {
     app: &'a AppState,
     route: Option<&'a str>,
     series: Option<&'a Series>,
-    subject: Subject<'a>,
+    /// The address, if the finished span will be exported.
+    address: Option<Uri>,
     request_id: &'a str,
     client_request_id: Option<&'a str>,
     trace: Trace,
@@ -83,9 +93,14 @@ struct Watched<'a> {
 }
 
 impl Watched<'_> {
+    /// The machine and the job in the path.
+    fn subject<'p>(&self, address: &'p Uri) -> Subject<'p> {
+        self.route.map_or_else(Subject::default, |pattern| Subject::of(pattern, address.path()))
+    }
+
     /// The span exists at every log level: faults within the request need its ids.
-    fn open(&mut self) {
-        let Subject { machine_id, job_id } = self.subject;
+    fn open(&mut self, address: &Uri) {
+        let Subject { machine_id, job_id } = self.subject(address);
         let operation = self.series.map(|series| &*series.operation);
         self.span = tracing::error_span!(
             target: LOGGED_AS,
@@ -116,7 +131,6 @@ impl Watched<'_> {
             None => self.app.abandoned.add(1),
         }
         series.times.record(elapsed);
-        let Subject { machine_id, job_id } = self.subject;
         let made = response
             .and_then(|response| response.headers().get(LOCATION)?.to_str().ok())
             .and_then(Subject::job_of_location);
@@ -130,6 +144,8 @@ impl Watched<'_> {
         if let Some(exporter) = self.app.exporter()
             && self.trace.sampled
         {
+            let Subject { machine_id, job_id } =
+                self.address.as_ref().map_or_else(Subject::default, |address| self.subject(address));
             exporter.export(&FinishedSpan {
                 trace: self.trace,
                 operation: &series.operation,

@@ -26,24 +26,24 @@ pub enum Unreadable {
 /// # Errors
 /// The first fault.
 pub fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, Unreadable> {
-    if std::str::from_utf8(text).is_err() {
+    let Ok(text) = std::str::from_utf8(text) else {
         return Err(Unreadable::Syntax { reason: "it is not UTF-8".to_owned() });
-    }
-    let mut reader = serde_json::Deserializer::from_slice(text);
+    };
+    let mut reader = serde_json::Deserializer::from_str(text);
     let read = T::deserialize(Objects(&mut reader)).and_then(|value| reader.end().map(|()| value));
     // Following the path costs time on every key, so it is only done after a fault.
     read.map_err(|error| locate::<T>(text, &error))
 }
 
-fn locate<T: DeserializeOwned>(text: &[u8], first: &serde_json::Error) -> Unreadable {
-    let mut reader = serde_json::Deserializer::from_slice(text);
+fn locate<T: DeserializeOwned>(text: &str, first: &serde_json::Error) -> Unreadable {
+    let mut reader = serde_json::Deserializer::from_str(text);
     let Err(error) = serde_path_to_error::deserialize::<_, T>(Objects(&mut reader)) else {
         return Unreadable::Syntax { reason: first.to_string() };
     };
     let out_of_range = error.inner().to_string().starts_with("number out of range");
     // A wrong type at the beginning does not prove that the rest is JSON. Numbers out of range are JSON, but
     // they stop this check too.
-    if let Err(syntax) = serde_json::from_slice::<serde::de::IgnoredAny>(text)
+    if let Err(syntax) = serde_json::from_str::<serde::de::IgnoredAny>(text)
         && !syntax.is_data()
         && !out_of_range
     {

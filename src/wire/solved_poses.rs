@@ -210,7 +210,9 @@ impl SolvedPoses {
         writer: &mut (impl Write + Send),
     ) -> std::io::Result<()> {
         let Some(joints) = &self.joints else { return Ok(serde_json::to_writer(writer, self)?) };
-        write!(writer, "{{\"machine_revision\":{},\"joints\":[", self.machine_revision)?;
+        writer.write_all(b"{\"machine_revision\":")?;
+        serde_json::to_writer(&mut *writer, &self.machine_revision)?;
+        writer.write_all(b",\"joints\":[")?;
         write_in_pieces(joints.len(), threads, writer, &|poses, text| {
             for (pose, words) in poses.filter_map(|pose| Some((pose, joints.get(pose)?))) {
                 if pose > 0 {

@@ -67,10 +67,11 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("body", &["coding"]),
             ("state", &["observation"]),
             ("watch", &["observation"]),
+            ("received", &["observation"]),
             ("edge", &["coding"]),
             // A program that is a path of `servo`, or a job, is answered as the programs are.
             ("servo", &["programs"]),
-            ("jobs", &["programs", "observation"]),
+            ("jobs", &["programs"]),
             ("service", &["observation"]),
             ("openapi", &["webhooks"]),
             (

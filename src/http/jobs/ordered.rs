@@ -6,10 +6,10 @@ use std::sync::Arc;
 use http::request::Parts;
 
 use crate::http::AppState;
-use crate::http::caller::{Caller, actor};
+use crate::http::caller::Caller;
 use crate::http::current_machine::current_machine;
-use crate::http::observation::Trace;
 use crate::http::problem::{Problem, ProblemType};
+use crate::http::received::{Received, actor};
 use crate::jobs::{
     Besides, DrawnUp, JobFault, JobOrder, MachineUsed, ProgramJob, Sizes, steps_done, with_wear,
 };
@@ -68,7 +68,7 @@ impl Ordered {
             on,
             machines: caller.machines.clone(),
             by: actor(parts)?,
-            traceparent: parts.extensions.get::<Trace>().map(ToString::to_string),
+            traceparent: Received::of(&parts.extensions).map(|request| request.trace.to_string()),
         })
     }
 

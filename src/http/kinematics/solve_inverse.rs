@@ -173,23 +173,26 @@ fn begin(
 }
 
 /// The poses and the options. `may_wait` says whether the poses of a table may wait in a file.
-async fn read(
+#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+fn read(
     app: &AppState,
     table: bool,
     request: Request,
     may_wait: impl FnOnce(&KinematicsOptions) -> bool,
-) -> Result<(ReceivedPoses, KinematicsOptions), Problem> {
-    let query = request.uri().query().unwrap_or_default().to_owned();
-    if !table {
-        table::no_options(&query)?;
-        let document = read_document(request, app, InverseRequest::read).await?;
-        let options = document.options();
-        return Ok((document.poses.into(), options));
+) -> impl Future<Output = Result<(ReceivedPoses, KinematicsOptions), Problem>> {
+    async move {
+        let query = request.uri().query().unwrap_or_default();
+        if !table {
+            table::no_options(query)?;
+            let document = read_document(request, app, InverseRequest::read).await?;
+            let options = document.options();
+            return Ok((document.poses.into(), options));
+        }
+        let options = read_query(query)?;
+        let may_wait = may_wait(&options);
+        // Boxed: otherwise its memory would be part of every small request's.
+        Ok((Box::pin(read_table(app, request, may_wait)).await?, options))
     }
-    let options = read_query(&query)?;
-    let may_wait = may_wait(&options);
-    // Boxed: otherwise its memory would be part of every small request's.
-    Ok((Box::pin(read_table(app, request, may_wait)).await?, options))
 }
 
 /// The poses of a table. `may_wait` says whether they may wait in a file.

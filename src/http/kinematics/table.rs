@@ -2,7 +2,7 @@
 
 use std::io;
 
-use axum::body::Body;
+use axum::body::{Body, HttpBody};
 use axum::response::{IntoResponse, Response};
 use http::header::{CONTENT_LENGTH, CONTENT_TYPE};
 use http::request::Parts;
@@ -180,7 +180,10 @@ fn answer<H>(kind: HeaderValue, leaving: Leaving<H>) -> (Response, H) {
     let mut response = body.into_response();
     response.headers_mut().reserve(HEADERS);
     response.headers_mut().insert(CONTENT_TYPE, kind);
-    if let Some(length) = length {
+    // The length of an answer in memory is added when it is sent.
+    if let Some(length) = length
+        && response.body().size_hint().exact().is_none()
+    {
         response.headers_mut().insert(CONTENT_LENGTH, HeaderValue::from(length));
     }
     if is_printing {

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use foldhash::fast::RandomState;
 use http::{Method, StatusCode};
 
 use crate::meter::{Counter, Times};
@@ -52,7 +53,7 @@ impl Series {
 pub(in crate::http) struct Operations {
     series: Vec<Series>,
     /// For each path: the indices in `series` of its methods.
-    paths: HashMap<Box<str>, Vec<usize>>,
+    paths: HashMap<Box<str>, Vec<usize>, RandomState>,
 }
 
 impl Operations {
@@ -61,7 +62,7 @@ impl Operations {
         operations: impl Iterator<Item = (&'static str, &'a str, &'a str)>,
     ) -> Self {
         let mut series: Vec<Series> = METHODS.iter().map(|method| Series::new(UNMATCHED, method)).collect();
-        let mut paths: HashMap<Box<str>, Vec<usize>> = HashMap::new();
+        let mut paths: HashMap<Box<str>, Vec<usize>, RandomState> = HashMap::default();
         for (method, path, id) in operations {
             let methods: &[&'static str] = if method == "GET" { &["GET", "HEAD"] } else { &[method] };
             for method in methods {
