@@ -24,6 +24,7 @@ pub mod first_bytes;
 mod flow;
 mod framing;
 mod guard;
+mod handled;
 mod held_keys;
 mod held_machines;
 mod host;

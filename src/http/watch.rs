@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use axum::extract::{MatchedPath, Request};
 use axum::response::{IntoResponse, Response};
+use axum::routing::Route;
 use http::header::{ALLOW, CONTENT_TYPE, HeaderName, LOCATION};
 use http::{HeaderMap, HeaderValue, StatusCode, Uri};
 use tracing::Span;
@@ -14,6 +15,7 @@ use tracing::field::Empty;
 use super::AppState;
 use super::answer_guard::guard_answer;
 use super::bounded::bounded;
+use super::handled::handled;
 use super::observation::{FinishedSpan, Series, Subject, TRACE_ID, Trace};
 use super::problem::{PROBLEM_JSON, Problem, ProblemType};
 use super::received::Received;
@@ -28,11 +30,7 @@ const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
 /// Sets id, trace, span, log line and counts. A refusal that is not yet a problem document becomes one.
 #[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
-pub(super) fn watch<Answered: Future<Output = Response>>(
-    app: AppState,
-    mut request: Request,
-    answered: impl FnOnce(Request) -> Answered,
-) -> impl Future<Output = Response> {
+pub(super) fn watch(app: AppState, mut request: Request, route: Route) -> impl Future<Output = Response> {
     async move {
         let in_flight = meter::IN_FLIGHT.enter();
         let fresh = app.sources.ids.next();
@@ -40,11 +38,11 @@ pub(super) fn watch<Answered: Future<Output = Response>>(
         let (request_id, trace_text) = (RequestId::new(fresh), trace.text());
         let client_request_id = client_request_id(request.headers()).map(ToOwned::to_owned);
         let matched = request.extensions().get::<MatchedPath>().cloned();
-        let route = matched.as_ref().map(MatchedPath::as_str);
+        let pattern = matched.as_ref().map(MatchedPath::as_str);
         let mut watched = Watched {
             app: &app,
-            route,
-            series: app.operations().of(route, request.method()),
+            route: pattern,
+            series: app.operations().of(pattern, request.method()),
             address: app.exporter().map(|_exporter| request.uri().clone()),
             request_id: request_id.as_str(),
             client_request_id: client_request_id.as_deref(),
@@ -61,11 +59,11 @@ pub(super) fn watch<Answered: Future<Output = Response>>(
         request.extensions_mut().insert(Received { id: request_id, trace, caller: None });
         // Pinned here. The futures around it then move a pointer, and not two thousand bytes. If the client leaves, it is
         // dropped after them: nothing in it may need the span or the account of the request while it is dropped.
-        let answered = pin!(answered(request));
-        let mut bounded = pin!(bounded(&app, answered));
+        let handled = pin!(handled(&app, request, route));
+        let mut bounded = pin!(bounded(&app, handled));
         let within_span = poll_fn(|context| watched.span.in_scope(|| bounded.as_mut().poll(context)));
         let mut response = dressed(within_span.await);
-        guard_answer(&mut response, route, app.settings.tls_certificate.is_some());
+        guard_answer(&mut response, pattern, app.settings.tls_certificate.is_some());
         response.headers_mut().insert(REQUEST_ID, request_id.header());
         if let Ok(value) = HeaderValue::from_bytes(&trace_text) {
             response.headers_mut().insert(TRACE_RESPONSE, value);
@@ -79,6 +77,7 @@ pub(super) fn watch<Answered: Future<Output = Response>>(
 /// A running request. If it is dropped before its end, the client has left.
 struct Watched<'a> {
     app: &'a AppState,
+    /// The pattern of its route.
     route: Option<&'a str>,
     series: Option<&'a Series>,
     /// The address, if the finished span will be exported.

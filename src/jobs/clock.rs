@@ -1,6 +1,7 @@
 //! Time and ids come from outside, so that tests can set them.
 
 use std::fmt;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -53,7 +54,11 @@ pub struct Sources {
 /// clock is set ahead or back, for a moment or for good, nothing becomes older than it is. As soon as the server of the
 /// database has said the time, that counts: several services have one clock, whatever their computers say.
 #[derive(Debug)]
-struct SystemClock(Mutex<Times>);
+struct SystemClock {
+    times: Mutex<Times>,
+    /// Whether the server has said the time. Every request asks for the time, and most services have no server.
+    was_told: AtomicBool,
+}
 
 /// A time, and the moment at which it was the present one.
 #[derive(Debug, Clone, Copy)]
@@ -101,18 +106,18 @@ impl SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
     fn new() -> Self {
         let began = Reading { at: Instant::now(), time: Timestamp::now() };
-        Self(Mutex::new(Times { began, server: None }))
+        Self { times: Mutex::new(Times { began, server: None }), was_told: AtomicBool::new(false) }
     }
 
     fn times(&self) -> MutexGuard<'_, Times> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.times.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Clock for SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
     fn now(&self) -> Timestamp {
-        let server = self.times().server;
+        let server = if self.was_told.load(Ordering::Acquire) { self.times().server } else { None };
         server.map_or_else(Timestamp::now, |server| server.now())
     }
 
@@ -136,6 +141,7 @@ impl Clock for SystemClock {
             times.began = told;
         }
         times.server = Some(told);
+        self.was_told.store(true, Ordering::Release);
     }
 }
 

@@ -221,6 +221,9 @@ impl SolvedPoses {
                 words.write_json(text);
             }
         })?;
+        if self.warnings.is_empty() {
+            return writer.write_all(b"],\"warnings\":[]}");
+        }
         writer.write_all(b"],\"warnings\":")?;
         serde_json::to_writer(&mut *writer, &self.warnings)?;
         writer.write_all(b"}")
@@ -255,12 +258,12 @@ mod tests {
     fn printing_by_hand_gives_the_bytes_of_serde() {
         let warnings =
             vec![PoseWarning { pose: 1, kind: PoseWarningKind::PoleHold, axis_residual_urad: Some(0.5) }];
-        for count in [0, 1, 3, 5000] {
+        for (count, warnings) in [(0, &[][..]), (1, &warnings), (1, &[]), (3, &warnings), (5000, &warnings)] {
             let words = words(count);
             let joints: Vec<_> = (0..count).filter_map(|pose| words.get(pose)).collect();
             let all = Solutions::All { joints, ends: (1..=count).collect() };
             for solutions in [Solutions::Path(words), all] {
-                let document = SolvedPoses::new(7, solutions, warnings.clone());
+                let document = SolvedPoses::new(7, solutions, warnings.to_vec());
                 let by_serde = serde_json::to_string(&document).unwrap();
                 let mut text = Vec::new();
                 document.write_json(&OneAfterAnother, &mut text).unwrap();

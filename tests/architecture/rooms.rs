@@ -68,7 +68,7 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("state", &["observation"]),
             ("watch", &["observation"]),
             ("received", &["observation"]),
-            ("edge", &["coding"]),
+            ("handled", &["coding"]),
             // A program that is a path of `servo`, or a job, is answered as the programs are.
             ("servo", &["programs"]),
             ("jobs", &["programs"]),
