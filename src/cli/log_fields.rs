@@ -84,7 +84,7 @@ impl Visit for Plain<'_> {
         }
         let needs_no_escape = |byte| is_printable(byte) && byte != b'"' && byte != b'\\';
         self.write(field, |text| {
-            // All bytes are looked at, several at a time.
+            // A fold does not stop early, so several bytes are checked at once.
             if !value.bytes().fold(true, |all, byte| all & needs_no_escape(byte)) {
                 return write!(text, "{value:?}");
             }

@@ -17,7 +17,7 @@ const GATHERED_FOR: Duration = Duration::from_millis(10);
 /// From this length on, the thread that adds a line also writes all lines \[bytes\].
 const MOST_WAITING: usize = 1 << 20;
 
-/// Memory for lines that is kept after they were written: the lines of a busy moment \[bytes\].
+/// At most this much memory is kept after a write, for the next lines \[bytes\].
 const MOST_KEPT: usize = 512 << 10;
 
 /// Lines that wait. Clones share them.
@@ -43,8 +43,8 @@ struct Shared<W> {
 #[derive(Debug)]
 struct Out<W> {
     to: W,
-    /// Empty. It takes turns with the lines that wait: memory that is given back for each write would have to be asked
-    /// for again, page by page.
+    /// Empty between two writes. A write swaps it with the lines that wait, so that their memory is used again: new
+    /// memory comes from the system page by page.
     spare: Vec<u8>,
 }
 

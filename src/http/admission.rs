@@ -13,7 +13,7 @@ use super::AppState;
 use super::note_refusal::note_refusal;
 use super::problem::{Problem, ProblemType};
 use super::rates::Who;
-use super::received::Received;
+use super::request_facts::RequestFacts;
 use super::security_log::Reason;
 
 /// Requests of monitoring. They are never refused for their rate.
@@ -21,7 +21,7 @@ const WATCHING: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
 
 /// The refusal of a request that must not reach its handler.
 pub(super) fn admit(app: &AppState, request: &Request) -> Option<Response> {
-    let key_id = Received::caller_of(request.extensions()).and_then(|caller| caller.key_id.clone());
+    let key_id = RequestFacts::caller_of(request.extensions()).and_then(|caller| caller.key_id.clone());
     if let Err(problem) = measured(app, request) {
         return Some(problem.into_response());
     }
@@ -63,7 +63,7 @@ fn asking(extensions: &Extensions, key_id: Option<Arc<str>>) -> Who {
 /// The caller of a request that passed the guard.
 pub(super) fn asks(request: &Request) -> Who {
     let extensions = request.extensions();
-    asking(extensions, Received::caller_of(extensions).and_then(|caller| caller.key_id.clone()))
+    asking(extensions, RequestFacts::caller_of(extensions).and_then(|caller| caller.key_id.clone()))
 }
 
 /// Checks the length of the address, and of all header fields together as they were sent, without the four bytes

@@ -171,7 +171,7 @@ impl Incoming {
 
     /// The whole body.
     pub(super) async fn whole(&mut self, headers: &HeaderMap, limit: u64) -> Result<Bytes, Problem> {
-        // Refusals are boxed because they are rare: otherwise their memory would be part of every request's.
+        // Boxed: a refusal is rare, and otherwise every request would have the memory for it.
         let announced = content_length(headers);
         if announced.is_some_and(|length| length > limit) {
             return Err(Box::pin(self.refuse_length(limit)).await);

@@ -1,4 +1,5 @@
-//! The caller: the key that a request came with, its scopes, and the machines that it reaches.
+//! The caller: the key that a request came with, its scopes, and the machines that it reaches. Handlers get it from
+//! `request_facts`.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, LazyLock};

@@ -81,7 +81,7 @@ impl AsyncRead for Placed {
     fn poll_read(self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         let before = buf.filled().len();
         let read = Pin::new(&mut self.get_mut().stream).poll_read(cx, buf);
-        // Most reads find nothing yet.
+        // A read without bytes changes no count: all threads share it.
         if buf.filled().len() > before {
             meter::BYTES_IN.add((buf.filled().len() - before) as u64);
         }

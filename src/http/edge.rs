@@ -1,4 +1,7 @@
-//! The service in front of every route, and the refusals of an address or a method that does not exist.
+//! The edge: all steps around a handler. `edge` itself adds `Date`. `watch` adds the id, the trace, the log line and the
+//! headers of every answer. `time_limit` ends what takes too long or panics. `before_handler` has the checks before a
+//! handler. A new check goes there, a new header of every answer into `watch`, and a new fact about a request into
+//! `request_facts`. An address or a method that does not exist is refused here.
 
 use std::convert::Infallible;
 use std::task::{Context, Poll};

@@ -41,7 +41,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<AppState> for Json<T> {
 ///
 /// # Errors
 /// The body is not JSON or cannot be read.
-#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+#[expect(clippy::manual_async_fn, reason = "an async function would store the request twice")]
 pub(super) fn read_document<T: Send + 'static>(
     mut request: Request,
     app: &AppState,

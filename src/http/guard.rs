@@ -17,7 +17,7 @@ use super::caller::Caller;
 use super::note_refusal::note_refusal;
 use super::pages::from_here;
 use super::problem::{Problem, ProblemType};
-use super::received::Received;
+use super::request_facts::RequestFacts;
 use super::security_log::Reason;
 use crate::jobs::{KeyRefusal, key_id_of};
 
@@ -63,24 +63,24 @@ impl From<Problem> for Refused {
 
 const REALM: &str = "Bearer realm=\"trunnion\"";
 
-/// Admits a request with a valid key, and notes the caller.
+/// Checks the key of a request, and adds the caller to its [`RequestFacts`]. A request that needs no key passes.
 ///
 /// # Errors
-/// Every other request; [`refusal`] is the answer.
+/// The reason of the refusal; [`answer_refused`] makes the answer of it.
 pub(super) async fn guard(app: &AppState, request: &mut Request) -> Result<(), Box<Refused>> {
     let caller = admitted(app, request).await.map_err(Box::new)?;
     if let Some(id) = &caller.key_id {
         tracing::Span::current().record("key_id", &**id);
         app.keys.note_use(&app.store, &app.sources, id);
     }
-    if let Some(received) = request.extensions_mut().get_mut::<Received>() {
+    if let Some(received) = request.extensions_mut().get_mut::<RequestFacts>() {
         received.caller = Some(caller);
     }
     Ok(())
 }
 
 /// The answer to a request that is not admitted.
-pub(super) async fn refusal(app: &AppState, refused: Box<Refused>, request: Request) -> Response {
+pub(super) async fn answer_refused(app: &AppState, refused: Box<Refused>, request: Request) -> Response {
     if let Some(id) = &refused.key_id {
         tracing::Span::current().record("key_id", &**id);
     }

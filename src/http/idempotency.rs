@@ -4,7 +4,7 @@ use http::request::Parts;
 
 use super::AppState;
 use super::problem::{Problem, ProblemType};
-use super::received::Received;
+use super::request_facts::RequestFacts;
 use crate::jobs::timestamp;
 use crate::store::{JobRow, KeyUse, Remembered, sha256_hex};
 
@@ -31,7 +31,7 @@ pub(super) fn key(parts: &Parts) -> Result<Option<String>, Problem> {
 /// API key has idempotency keys of its own, so that no caller gets the answer of another.
 pub(super) fn used(app: &AppState, parts: &Parts, key: Option<String>, body: &[&str]) -> Option<KeyUse> {
     let mut key = key?;
-    if let Some(id) = Received::caller_of(&parts.extensions).and_then(|caller| caller.key_id.as_ref()) {
+    if let Some(id) = RequestFacts::caller_of(&parts.extensions).and_then(|caller| caller.key_id.as_ref()) {
         // A client cannot send a tab.
         key = format!("{id}\t{}", sha256_hex(key.as_bytes()));
     }

@@ -6,7 +6,7 @@ use axum::extract::{ConnectInfo, MatchedPath};
 use http::{Extensions, Method};
 
 use super::AppState;
-use super::received::Received;
+use super::request_facts::RequestFacts;
 use super::security_log::{Reason, SecurityEvent};
 
 /// Writes a refusal to the security log, and its reason and source to the request's log line.
@@ -30,7 +30,7 @@ pub(super) fn note_refusal(
         key_id: key_id.map(ToOwned::to_owned),
         method: method.to_string(),
         route: extensions.get::<MatchedPath>().map(|route| route.as_str().to_owned()),
-        request_id: Received::of(extensions)
+        request_id: RequestFacts::of(extensions)
             .map_or_else(String::new, |request| request.id.as_str().to_owned()),
     });
 }

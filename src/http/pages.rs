@@ -53,7 +53,7 @@ fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
 
 /// Whether an authority is an address or a name that belongs to this computer (`localhost`: RFC 6761 §6.3).
 fn is_this_computer(authority: &str) -> bool {
-    // Most clients send this form.
+    // An IPv4 address with a port is the most common form, and quick to check.
     if authority.parse::<SocketAddrV4>().is_ok() {
         return true;
     }

@@ -250,7 +250,7 @@ fn spool(settings: &Settings) -> PathBuf {
 }
 
 /// The answer, which reserves the memory that it holds until the client has taken it.
-#[expect(clippy::manual_async_fn, reason = "its future keeps the answer once")]
+#[expect(clippy::manual_async_fn, reason = "an async function would store the answer twice")]
 pub(super) fn settled(
     app: &AppState,
     account: Account,

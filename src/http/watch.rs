@@ -1,4 +1,5 @@
-//! The outermost step of every request: its id, trace, span, log line and counts; and the last check of its answer.
+//! Runs all steps of a request inside its span, writes its log line and counts it. Adds its id, its trace and the
+//! protecting headers to the answer.
 
 use std::future::poll_fn;
 use std::pin::pin;
@@ -14,12 +15,12 @@ use tracing::field::Empty;
 
 use super::AppState;
 use super::answer_guard::guard_answer;
-use super::bounded::bounded;
-use super::handled::handled;
+use super::before_handler::checked_and_handled;
 use super::observation::{FinishedSpan, Series, Subject, TRACE_ID, Trace};
 use super::problem::{PROBLEM_JSON, Problem, ProblemType};
-use super::received::Received;
+use super::request_facts::RequestFacts;
 use super::request_id::RequestId;
+use super::time_limit::limited;
 use crate::meter;
 
 /// The name under which requests are logged. Filters of logs know it, so it stays, wherever this file goes.
@@ -28,8 +29,8 @@ const LOGGED_AS: &str = "trunnion::http::observation::watch";
 const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
 const TRACE_RESPONSE: HeaderName = HeaderName::from_static("traceresponse");
 
-/// Sets id, trace, span, log line and counts. A refusal that is not yet a problem document becomes one.
-#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+/// Answers a request. A refusal that is not yet a problem document becomes one.
+#[expect(clippy::manual_async_fn, reason = "an async function would store the request twice")]
 pub(super) fn watch(app: AppState, mut request: Request, route: Route) -> impl Future<Output = Response> {
     async move {
         let in_flight = meter::IN_FLIGHT.enter();
@@ -41,7 +42,7 @@ pub(super) fn watch(app: AppState, mut request: Request, route: Route) -> impl F
         let pattern = matched.as_ref().map(MatchedPath::as_str);
         let mut watched = Watched {
             app: &app,
-            route: pattern,
+            pattern,
             series: app.operations().of(pattern, request.method()),
             address: app.exporter().map(|_exporter| request.uri().clone()),
             request_id: request_id.as_str(),
@@ -56,12 +57,12 @@ pub(super) fn watch(app: AppState, mut request: Request, route: Route) -> impl F
             ended: false,
         };
         watched.open(request.uri());
-        request.extensions_mut().insert(Received { id: request_id, trace, caller: None });
-        // Pinned here. The futures around it then move a pointer, and not two thousand bytes. If the client leaves, it is
-        // dropped after them: nothing in it may need the span or the account of the request while it is dropped.
-        let handled = pin!(handled(&app, request, route));
-        let mut bounded = pin!(bounded(&app, handled));
-        let within_span = poll_fn(|context| watched.span.in_scope(|| bounded.as_mut().poll(context)));
+        request.extensions_mut().insert(RequestFacts { id: request_id, trace, caller: None });
+        // Pinned here, so that the futures around it hold only a pointer. After a time-out, or if the client leaves, it is
+        // dropped outside the span. Code that runs while it is dropped must not need the span.
+        let handled = pin!(checked_and_handled(&app, request, route));
+        let mut limited = pin!(limited(&app, handled));
+        let within_span = poll_fn(|context| watched.span.in_scope(|| limited.as_mut().poll(context)));
         let mut response = dressed(within_span.await);
         guard_answer(&mut response, pattern, app.settings.tls_certificate.is_some());
         response.headers_mut().insert(REQUEST_ID, request_id.header());
@@ -77,10 +78,10 @@ pub(super) fn watch(app: AppState, mut request: Request, route: Route) -> impl F
 /// A running request. If it is dropped before its end, the client has left.
 struct Watched<'a> {
     app: &'a AppState,
-    /// The pattern of its route.
-    route: Option<&'a str>,
+    /// The pattern of its path.
+    pattern: Option<&'a str>,
     series: Option<&'a Series>,
-    /// The address, if the finished span will be exported.
+    /// The address; `None` if there is no exporter.
     address: Option<Uri>,
     request_id: &'a str,
     client_request_id: Option<&'a str>,
@@ -94,7 +95,7 @@ struct Watched<'a> {
 impl Watched<'_> {
     /// The machine and the job in the path.
     fn subject<'p>(&self, address: &'p Uri) -> Subject<'p> {
-        self.route.map_or_else(Subject::default, |pattern| Subject::of(pattern, address.path()))
+        self.pattern.map_or_else(Subject::default, |pattern| Subject::of(pattern, address.path()))
     }
 
     /// The span exists at every log level: faults within the request need its ids.
@@ -137,7 +138,7 @@ impl Watched<'_> {
             self.span.record("job_id", made);
         }
         let problem = response.and_then(|response| response.extensions().get::<ProblemType>());
-        let quiet = is_asked_often(self.route) && status.is_some_and(|status| status.is_success());
+        let quiet = is_asked_often(self.pattern) && status.is_some_and(|status| status.is_success());
         let line = Line { problem: problem.map(|kind| kind.code()), quiet, elapsed, method: series.method };
         line.write(&self.span, status);
         if let Some(exporter) = self.app.exporter()
@@ -149,7 +150,7 @@ impl Watched<'_> {
                 trace: self.trace,
                 operation: &series.operation,
                 method: series.method,
-                route: self.route,
+                route: self.pattern,
                 status,
                 elapsed,
                 ended_at: self.app.sources.clock.now(),

@@ -56,7 +56,7 @@ pub struct Sources {
 #[derive(Debug)]
 struct SystemClock {
     times: Mutex<Times>,
-    /// Whether the server has said the time. Every request asks for the time, and most services have no server.
+    /// Whether the server of the database has told a time. Without one, nobody who asks for the time takes the lock.
     was_told: AtomicBool,
 }
 

@@ -67,8 +67,8 @@ const ROOMS: &[(&str, &Rows<'static>)] = &[
             ("body", &["coding"]),
             ("state", &["observation"]),
             ("watch", &["observation"]),
-            ("received", &["observation"]),
-            ("handled", &["coding"]),
+            ("request_facts", &["observation"]),
+            ("before_handler", &["coding"]),
             // A program that is a path of `servo`, or a job, is answered as the programs are.
             ("servo", &["programs"]),
             ("jobs", &["programs"]),

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use http::request::Parts;
 
 use crate::http::AppState;
+use crate::http::author::actor;
 use crate::http::caller::Caller;
 use crate::http::current_machine::current_machine;
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::received::{Received, actor};
+use crate::http::request_facts::RequestFacts;
 use crate::jobs::{
     Besides, DrawnUp, JobFault, JobOrder, MachineUsed, ProgramJob, Sizes, steps_done, with_wear,
 };
@@ -68,7 +69,7 @@ impl Ordered {
             on,
             machines: caller.machines.clone(),
             by: actor(parts)?,
-            traceparent: Received::of(&parts.extensions).map(|request| request.trace.to_string()),
+            traceparent: RequestFacts::of(&parts.extensions).map(|request| request.trace.to_string()),
         })
     }
 

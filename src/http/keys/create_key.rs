@@ -7,11 +7,11 @@ use http::header::{CACHE_CONTROL, LOCATION};
 
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::actor;
 use crate::http::extract::{Json, Query};
 use crate::http::idempotency::{key, key_reused, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::received::actor;
 use crate::http::refusals::refusals;
 use crate::jobs::{IssueFault, IssuedKey, issue_key};
 use crate::store::KeyUse;

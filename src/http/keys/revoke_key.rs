@@ -6,9 +6,9 @@ use http::StatusCode;
 use super::key_not_found;
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::By;
 use crate::http::extract::{Path, Query};
 use crate::http::problem::Problem;
-use crate::http::received::By;
 use crate::http::refusals::refusals;
 use crate::wire::NoParameters;
 

@@ -173,7 +173,7 @@ fn begin(
 }
 
 /// The poses and the options. `may_wait` says whether the poses of a table may wait in a file.
-#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+#[expect(clippy::manual_async_fn, reason = "an async function would store the request twice")]
 fn read(
     app: &AppState,
     table: bool,

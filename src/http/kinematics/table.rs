@@ -180,7 +180,7 @@ fn answer<H>(kind: HeaderValue, leaving: Leaving<H>) -> (Response, H) {
     let mut response = body.into_response();
     response.headers_mut().reserve(HEADERS);
     response.headers_mut().insert(CONTENT_TYPE, kind);
-    // The length of an answer in memory is added when it is sent.
+    // The HTTP library adds the length of an answer in memory.
     if let Some(length) = length
         && response.body().size_hint().exact().is_none()
     {

@@ -5,10 +5,10 @@ use http::{HeaderMap, StatusCode};
 
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::By;
 use crate::http::conditional::{expected, stale};
 use crate::http::extract::{Path, Query};
 use crate::http::problem::Problem;
-use crate::http::received::By;
 use crate::http::refusals::refusals;
 use crate::store::Stale;
 use crate::wire::NoParameters;

@@ -7,10 +7,10 @@ use http::{HeaderMap, StatusCode};
 
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::By;
 use crate::http::conditional::{expected, machine_tag, stale, tagged};
 use crate::http::extract::{Json, Path, Query};
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::received::By;
 use crate::http::refusals::refusals;
 use crate::jobs::profile_sha256;
 use crate::store::{NewRevision, PutOutcome};

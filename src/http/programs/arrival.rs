@@ -10,11 +10,12 @@ use super::answer;
 use super::several::calls_no_files;
 use super::upload::{Part, Upload, take};
 use crate::http::AppState;
+use crate::http::author::actor;
 use crate::http::current_machine::current_machine;
 use crate::http::idempotency::{key, remembered, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::Problem;
-use crate::http::received::{actor, caller};
+use crate::http::request_facts::caller;
 use crate::jobs::memory::will_take;
 use crate::jobs::{
     ProgramJob, ProgramParameters, ProgramWork, Sizes, already_done, run_program_job, steps_done, with_wear,

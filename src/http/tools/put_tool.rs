@@ -7,11 +7,11 @@ use http::{HeaderMap, StatusCode};
 
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::By;
 use crate::http::conditional::{expected, stale_tool, tagged, tool_tag};
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::received::By;
 use crate::http::refusals::refusals;
 use crate::store::{NewTool, PutTool, ToolRefusal};
 use crate::wire::{Fault, FaultList, NoParameters, TableTool, check_name, path_segment};

@@ -7,12 +7,12 @@ use http::header::LOCATION;
 
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::actor;
 use crate::http::current_machine::current_machine;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::idempotency::{answered, key, key_reused, unless_keyed, used};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::received::actor;
 use crate::http::refusals::refusals;
 use crate::jobs::measured_at;
 use crate::store::{AddedWear, Remembered, WearConflict};

@@ -6,10 +6,10 @@ use http::HeaderMap;
 use super::ever_existed;
 use crate::description::operation;
 use crate::http::AppState;
+use crate::http::author::By;
 use crate::http::extract::{Json, Path, Query};
 use crate::http::negotiate::choose;
 use crate::http::problem::{Problem, ProblemType};
-use crate::http::received::By;
 use crate::http::refusals::refusals;
 use crate::wire::{FaultList, NoParameters, WearEntry, Withdrawal, WithdrawalRequest};
 

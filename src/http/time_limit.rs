@@ -1,4 +1,4 @@
-//! The end of a request that takes too long, or that panics.
+//! The answer to a request that takes too long, or whose steps panic.
 
 use std::any::Any;
 use std::panic::AssertUnwindSafe;
@@ -11,13 +11,11 @@ use super::AppState;
 use super::problem::{Problem, ProblemType};
 use super::within::within;
 
-// These steps are combined from existing futures. An async function would keep each future twice, as an argument and as
-// the awaited value, and every request would move that much memory.
-
-/// The answer, or the refusal of a request that takes too long or panics.
-pub(super) fn bounded(
+/// The answer, or the refusal of a request that takes too long or panics. `answered` is pinned by the caller: each of these
+/// steps moves it.
+pub(super) fn limited(
     app: &AppState,
-    answered: impl Future<Output = Response>,
+    answered: impl Future<Output = Response> + Unpin,
 ) -> impl Future<Output = Response> {
     caught(within_time(app, answered))
 }

@@ -1,4 +1,5 @@
-//! The steps of a request on its way to its handler. Each of them may refuse it.
+//! The checks before a handler, in this order: host, framing, key, length and rate, memory, coding of the body. Each may
+//! refuse the request. The caller is known after the check of the key.
 
 use std::pin::pin;
 
@@ -13,22 +14,25 @@ use super::AppState;
 use super::admission::{admit, asks, is_watching};
 use super::coding::{TAKEN, coding, unpacked};
 use super::framing::chunked_or_plain;
-use super::guard::{guard, refusal};
+use super::guard::{answer_refused, guard};
 use super::host::one_host;
 use super::note_refusal::note_refusal;
 use super::printed::settled;
 use super::problem::{Problem, ProblemType};
-use super::rates::Who;
 use super::security_log::Reason;
 use crate::jobs::asked_by;
-use crate::jobs::memory::{Account, paid_by};
+use crate::jobs::memory::paid_by;
 
-// These functions return the future of a block. An async function would keep the request twice, as an argument and as a
-// variable, and every step would move that much memory.
+// Some functions here return an `async` block. An async function would store the request twice, as an argument and as a
+// variable, and every step would copy both.
 
-/// The answer of the request's handler, if the request may reach it.
-#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
-pub(super) fn handled(app: &AppState, mut request: Request, route: Route) -> impl Future<Output = Response> {
+/// The answer of the request's handler, or the refusal of the request.
+#[expect(clippy::manual_async_fn, reason = "an async function would store the request twice")]
+pub(super) fn checked_and_handled(
+    app: &AppState,
+    mut request: Request,
+    route: Route,
+) -> impl Future<Output = Response> {
     async move {
         if let Err(problem) = one_host(&request) {
             note_refusal(app, Reason::Host, None, request.method(), request.extensions());
@@ -38,13 +42,21 @@ pub(super) fn handled(app: &AppState, mut request: Request, route: Route) -> imp
             return problem.into_response();
         }
         if let Err(refused) = guard(app, &mut request).await {
-            // Boxed because it is rare: otherwise its memory would be part of every request's.
-            return Box::pin(refusal(app, refused, request)).await;
+            // Boxed: a refusal is rare, and otherwise every request would have the memory for it.
+            return Box::pin(answer_refused(app, refused, request)).await;
         }
-        let (who, account) = match opened(app, &request) {
-            Ok(opened) => opened,
-            Err(refusal) => return *refusal,
+        if let Some(refusal) = admit(app, &request) {
+            return refusal;
+        }
+        let who = asks(&request);
+        // Monitoring requests are answered whatever memory they need.
+        let account = (!is_watching(request.extensions())).then(|| app.memory.open(&who)).transpose();
+        let account = match account {
+            Ok(account) => account,
+            Err(fault) => return Problem::from(fault).into_response(),
         };
+        // Pinned, so that the futures around it hold only a pointer. Code that runs while it is dropped must not need the
+        // account or the caller.
         let answered = pin!(answered(request, route));
         let Some(account) = account else { return answered.await };
         let response = paid_by(account.clone(), asked_by(who, answered)).await;
@@ -52,27 +64,8 @@ pub(super) fn handled(app: &AppState, mut request: Request, route: Route) -> imp
     }
 }
 
-/// The caller of a request that has passed the guard, and the account that reserves the memory for its work. Requests
-/// of monitoring need no account: they are answered whatever memory they need.
-///
-/// # Errors
-/// The answer to a request that must not reach its handler.
-fn opened(app: &AppState, request: &Request) -> Result<(Who, Option<Account>), Box<Response>> {
-    if let Some(refusal) = admit(app, request) {
-        return Err(Box::new(refusal));
-    }
-    let who = asks(request);
-    if is_watching(request.extensions()) {
-        return Ok((who, None));
-    }
-    match app.memory.open(&who) {
-        Ok(account) => Ok((who, Some(account))),
-        Err(fault) => Err(Box::new(Problem::from(fault).into_response())),
-    }
-}
-
-/// Passes on a request with its decompressed body.
-#[expect(clippy::manual_async_fn, reason = "its future keeps the request once")]
+/// Decompresses the body, and calls the handler.
+#[expect(clippy::manual_async_fn, reason = "an async function would store the request twice")]
 fn answered(request: Request, mut route: Route) -> impl Future<Output = Response> {
     async move {
         let called = if request.headers().contains_key(CONTENT_ENCODING) {
