@@ -73,9 +73,11 @@ pub(super) async fn guard(app: &AppState, request: &mut Request) -> Result<(), B
         tracing::Span::current().record("key_id", &**id);
         app.keys.note_use(&app.store, &app.sources, id);
     }
-    if let Some(received) = request.extensions_mut().get_mut::<RequestFacts>() {
-        received.caller = Some(caller);
-    }
+    let Some(facts) = request.extensions_mut().get_mut::<RequestFacts>() else {
+        // A fault of the service: a request without a caller must not reach a handler.
+        return Err(Box::new(Problem::internal(&"a request did not pass the watch").into()));
+    };
+    facts.caller = Some(caller);
     Ok(())
 }
 

@@ -58,12 +58,14 @@ pub(super) fn watch(app: AppState, mut request: Request, route: Route) -> impl F
         };
         watched.open(request.uri());
         request.extensions_mut().insert(RequestFacts { id: request_id, trace, caller: None });
-        // Pinned here, so that the futures around it hold only a pointer. After a time-out, or if the client leaves, it is
-        // dropped outside the span. Code that runs while it is dropped must not need the span.
-        let handled = pin!(checked_and_handled(&app, request, route));
-        let mut limited = pin!(limited(&app, handled));
-        let within_span = poll_fn(|context| watched.span.in_scope(|| limited.as_mut().poll(context)));
-        let mut response = dressed(within_span.await);
+        let answer = {
+            // Pinned here, so that the futures around it hold only a pointer. It is dropped before the request counts as
+            // answered, but outside the span: code that runs while it is dropped must not need the span.
+            let handled = pin!(checked_and_handled(&app, request, route));
+            let mut limited = pin!(limited(&app, handled));
+            poll_fn(|context| watched.span.in_scope(|| limited.as_mut().poll(context))).await
+        };
+        let mut response = dressed(answer);
         guard_answer(&mut response, pattern, app.settings.tls_certificate.is_some());
         response.headers_mut().insert(REQUEST_ID, request_id.header());
         if let Ok(value) = HeaderValue::from_bytes(&trace_text) {
