@@ -1,4 +1,4 @@
-//! Refusals before anything is read: an address or a header that is too long, and a caller that sends too many
+//! Refusals before the body is read: an address or a header that is too long, and a caller that sends too many
 //! requests.
 
 use std::net::SocketAddr;

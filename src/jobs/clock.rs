@@ -1,7 +1,6 @@
 //! Time and ids come from outside, so that tests can set them.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -54,11 +53,7 @@ pub struct Sources {
 /// clock is set ahead or back, for a moment or for good, nothing becomes older than it is. As soon as the server of the
 /// database has said the time, that counts: several services have one clock, whatever their computers say.
 #[derive(Debug)]
-struct SystemClock {
-    times: Mutex<Times>,
-    /// Whether the server of the database has told a time. Without one, nobody who asks for the time takes the lock.
-    was_told: AtomicBool,
-}
+struct SystemClock(Mutex<Times>);
 
 /// A time, and the moment at which it was the present one.
 #[derive(Debug, Clone, Copy)]
@@ -106,18 +101,18 @@ impl SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
     fn new() -> Self {
         let began = Reading { at: Instant::now(), time: Timestamp::now() };
-        Self { times: Mutex::new(Times { began, server: None }), was_told: AtomicBool::new(false) }
+        Self(Mutex::new(Times { began, server: None }))
     }
 
     fn times(&self) -> MutexGuard<'_, Times> {
-        self.times.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Clock for SystemClock {
     #[expect(clippy::disallowed_methods, reason = "this is the clock")]
     fn now(&self) -> Timestamp {
-        let server = if self.was_told.load(Ordering::Acquire) { self.times().server } else { None };
+        let server = self.times().server;
         server.map_or_else(Timestamp::now, |server| server.now())
     }
 
@@ -141,7 +136,6 @@ impl Clock for SystemClock {
             times.began = told;
         }
         times.server = Some(told);
-        self.was_told.store(true, Ordering::Release);
     }
 }
 

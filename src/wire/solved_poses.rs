@@ -221,9 +221,6 @@ impl SolvedPoses {
                 words.write_json(text);
             }
         })?;
-        if self.warnings.is_empty() {
-            return writer.write_all(b"],\"warnings\":[]}");
-        }
         writer.write_all(b"],\"warnings\":")?;
         serde_json::to_writer(&mut *writer, &self.warnings)?;
         writer.write_all(b"}")

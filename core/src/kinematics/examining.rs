@@ -80,9 +80,8 @@ impl<P: PoseSource + ?Sized, S: Stop + ?Sized> Walk<'_, P, S> {
     /// Memory for `count` poses, and the state before the first.
     pub(super) fn begin(&mut self, count: usize) -> Examination {
         for lane in self.out.joints.each_mut().into_iter().chain([&mut self.out.conditioning]) {
-            if lane.capacity() < count {
-                let by_the_system = count >= ZEROED_BY_THE_SYSTEM;
-                *lane = if by_the_system { vec![0.0; count] } else { Vec::with_capacity(count) };
+            if lane.capacity() < count && count >= ZEROED_BY_THE_SYSTEM {
+                *lane = vec![0.0; count];
             }
             lane.resize(count, 0.0);
         }
